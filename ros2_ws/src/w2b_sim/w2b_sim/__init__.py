@@ -1,0 +1,1 @@
+"""The simulated bodies and worlds, and the engines that move them."""

@@ -1,0 +1,131 @@
+"""
+What a body is: one declarative description, from which the URDF and every engine's arrays follow.
+
+Conventions: SI units, REP-103 axes. In the rest pose (all joints at 0) every link's frame is
+parallel to the world's. The base link's frame sits at its centre of mass; every other link's frame
+sits at the joint that moves it. A joint turns its child about `axis` relative to its parent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import inf, pi
+
+Vector = tuple[float, float, float]
+X: Vector = (1.0, 0.0, 0.0)
+Y: Vector = (0.0, 1.0, 0.0)
+Z: Vector = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box with edges along the link frame's axes."""
+
+    size_m: Vector
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """A cylinder of `length_m` with hemispheres of its radius on both ends, along `axis`."""
+
+    length_m: float
+    radius_m: float
+    axis: Vector
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A solid sphere."""
+
+    radius_m: float
+
+
+Shape = Box | Capsule | Sphere
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid link: one shape of uniform density, centred at `centre_m` in the link's frame."""
+
+    name: str
+    shape: Shape
+    mass_kg: float = 1.0
+    centre_m: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Servo:
+    """
+    How a joint follows its target angle.
+
+    Velocity target = `gain_per_s` * (target - angle), no faster than `max_speed_up_rad_s` towards
+    larger angles and `max_speed_down_rad_s` towards smaller ones, reached with at most
+    `max_torque_nm`.
+    """
+
+    gain_per_s: float = 1.0
+    max_speed_up_rad_s: float = 1.0
+    max_speed_down_rad_s: float = inf
+    max_torque_nm: float = 10.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """
+    A hinge between two links, driven by one motor neuron.
+
+    `origin_m` is the joint's (and the child's frame's) place in the parent's frame.
+    """
+
+    name: str
+    parent: str
+    child: str
+    origin_m: Vector
+    axis: Vector
+    lower_rad: float = -pi / 4
+    upper_rad: float = pi / 4
+    servo: Servo = field(default_factory=Servo)
+    time_constant: float = 1.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """
+    A robot's body and nervous periphery.
+
+    Attributes
+    ----------
+    links
+        The first is the base.
+    joints
+        In the order of the motor neurons; parents stand before their children.
+    sensors
+        In the order of the sensor neurons: `touch:LINK` (0 or 1), `position:JOINT` (rad) or
+        `motor:JOINT` (the joint's motor neuron one step ago: the original program's wiring of
+        the spheres).
+    height_m
+        Of the base link's origin above the floor at the start.
+    world
+        Name of the world that the body is meant for.
+    length_m
+        The body length used to normalise displacements.
+
+    """
+
+    name: str
+    description: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    sensors: tuple[str, ...]
+    height_m: float
+    length_m: float
+    world: str = 'paper'
+    hidden_neurons: int = 5
+
+    def joint(self, name: str) -> Joint:
+        """Return the joint called `name` (KeyError if there is none)."""
+        return {joint.name: joint for joint in self.joints}[name]
+
+    def link(self, name: str) -> Link:
+        """Return the link called `name` (KeyError if there is none)."""
+        return {link.name: link for link in self.links}[name]

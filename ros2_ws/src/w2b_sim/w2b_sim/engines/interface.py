@@ -1,0 +1,87 @@
+"""The one interface of all engines: a step-wise simulation of one robot, and batched evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from w2b_controller.network import Network
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Start:
+    """How a start differs from the body's nominal one: raised by, and tilted about x, y, z."""
+
+    height_m: float = 0.0
+    roll_rad: float = 0.0
+    pitch_rad: float = 0.0
+    yaw_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class Frame:
+    """
+    What can be sensed of one robot before a physics step.
+
+    `joint_position_rad` and `joint_velocity_rad_s` (M,) in motor order; `touching` maps the links
+    that carry a touch sensor to whether they touch the floor; the base's pose and velocity are in
+    the world frame, the quaternion is x, y, z, w.
+    """
+
+    joint_position_rad: Array
+    joint_velocity_rad_s: Array
+    touching: dict[str, bool]
+    position_m: Array
+    orientation_xyzw: Array
+    velocity_m_s: Array
+    angular_velocity_rad_s: Array
+
+
+class Simulation(Protocol):
+    """One robot, one control period at a time."""
+
+    def reset(self, start: Start = ...) -> None:
+        """Put the body back to its start pose, at rest."""
+
+    def observe(self) -> Frame:
+        """Return what the sensors and an outside observer see now."""
+
+    def step(self, targets_rad: Array) -> None:
+        """Drive the joints towards `targets_rad` (M,) for one control period."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """
+    Outcome of C controllers under W words from K starts.
+
+    Attributes
+    ----------
+    final_position_m: shape (C, W, K, 3)
+        Base position at the last sensor frame.
+    path_length_m: shape (C, W, K)
+        Length of the base's path in x-y.
+    largest_step_m: shape (C, W, K)
+        Longest x-y displacement between two frames.
+    touch_fraction: shape (C, W, K, T)
+        Share of frames in which each touch-sensitive link touched the floor.
+
+    """
+
+    final_position_m: Array
+    path_length_m: Array
+    largest_step_m: Array
+    touch_fraction: Array
+
+
+class Evaluator(Protocol):
+    """Evaluates many controllers at once, each from rest, for the world's number of steps."""
+
+    def evaluate(self, network: Network, signals: Array, starts: Sequence[Start]) -> Evaluation:
+        """Return the outcome of `network` (C controllers) under `signals` (W, T) or (C, W, T)."""
