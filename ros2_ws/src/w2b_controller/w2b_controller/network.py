@@ -110,13 +110,14 @@ def prime(network: Network, signal: ArrayLike) -> State:
     if not np.isfinite(signal).all():
         raise ValueError('signal: expected finite numbers, got NaN or infinity')
     count = network.hidden_count
-    recurrent = network.hidden_weights[..., :count]
-    auditory = network.hidden_weights[..., count]
-    batch = np.broadcast_shapes(signal.shape[:-1], auditory.shape[:-1])
+    weights = network.hidden_weights[..., :count + 1]
+    batch = np.broadcast_shapes(signal.shape[:-1], weights.shape[:-2])
     hidden = previous = np.zeros((*batch, count))
+    sources = np.zeros((*batch, count + 1))
     for element in np.moveaxis(signal, -1, 0):
-        previous = hidden
-        hidden = np.tanh(_sum(recurrent, hidden) + auditory * element[..., None] + hidden)
+        sources[..., :count] = previous = hidden
+        sources[..., count] = element
+        hidden = np.tanh(_sum(weights, sources) + hidden)
     return State(hidden, previous, np.zeros((*batch, network.motor_count)), True)
 
 
@@ -149,8 +150,11 @@ def step(network: Network, state: State, sensors: ArrayLike) -> State:
 
 
 def _sum(weights: Array, values: Array) -> Array:
-    """Weighted sum over the last axis, term by term: the same bits whatever the batch."""
-    total = np.zeros(np.broadcast_shapes(weights.shape[:-1], values.shape[:-1] + (1,)))
-    for source in range(weights.shape[-1]):
-        total = total + weights[..., source] * values[..., source, None]
+    """
+    Sum the weighted sources (..., K) of each neuron (..., N, K).
+
+    Always by matmul, as the original program does: random networks are chaotic while they are
+    primed, and another order of summation ends in another state after 300 elements.
+    """
+    total: Array = np.matmul(weights, values[..., None])[..., 0]
     return total

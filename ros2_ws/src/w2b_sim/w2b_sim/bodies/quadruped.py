@@ -1,6 +1,6 @@
 """The quadruped of the paper: a box on four two-jointed legs with touch-sensitive feet."""
 
-from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link, X, Y, Z, Vector
+from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link, Vector, X, Y, Z
 
 BOX = Box((0.1, 0.1, 0.04))
 HIP_FROM_AXIS_M = 0.05

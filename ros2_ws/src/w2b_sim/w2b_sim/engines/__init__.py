@@ -1,0 +1,1 @@
+"""The engines that move bodies: PyBullet, and the batched servo-kinematic engine."""

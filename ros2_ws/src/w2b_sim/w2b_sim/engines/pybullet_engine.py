@@ -1,0 +1,133 @@
+"""
+PyBullet: the engine that the `sim` node runs and that champions are judged in.
+
+The `paper` world's viscous, unbounded friction is not PyBullet's, whose friction is Coulomb's. The
+closest settings found that never explode are a coefficient of 2 and solver steps of 12.5 ms; the
+Dantzig solver agrees as well at 50 ms and throws one robot in three hundreds of metres away.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from math import ceil
+from pathlib import Path
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from w2b_sim.bodies.model import Body
+from w2b_sim.bodies.urdf import to_urdf
+from w2b_sim.engines.interface import Frame, Start
+from w2b_sim.worlds import World
+
+Array = NDArray[np.float64]
+
+#: Coulomb's coefficient where the world asks for unbounded friction.
+FRICTION_FOR_UNBOUNDED = 2.0
+#: A physics step that is longer is divided: Bullet's contact solver needs small ones.
+LONGEST_SOLVER_STEP_S = 0.0125
+#: A link this close to the floor touches it: contacts come and go within it while a foot rests.
+TOUCH_THRESHOLD_M = 0.002
+
+
+class PyBulletSimulation:
+    """One robot in a PyBullet world of its own, stepped one control period at a time."""
+
+    def __init__(self, body: Body, world: World, start: Start | None = None) -> None:
+        self.body = body
+        self.world = world
+        self._server = pybullet.connect(pybullet.DIRECT)
+        self._here = {'physicsClientId': self._server}
+        self._touch_links = tuple(sensor.removeprefix('touch:') for sensor in body.sensors
+                                  if sensor.startswith('touch:'))
+        servos = [joint.servo for joint in body.joints]
+        self._gain = np.array([servo.gain_per_s for servo in servos])
+        self._speed_up = np.array([servo.max_speed_up_rad_s for servo in servos])
+        self._speed_down = np.array([servo.max_speed_down_rad_s for servo in servos])
+        self._torques = [servo.max_torque_nm for servo in servos]
+        self.reset(start or Start())
+
+    @property
+    def client_id(self) -> int:
+        """PyBullet's number of this world, for cameras and inspection."""
+        return int(self._server)
+
+    @property
+    def robot(self) -> int:
+        """PyBullet's number of the robot."""
+        return int(self._robot)
+
+    def close(self) -> None:
+        """Leave the physics server; the simulation cannot be used any more."""
+        if pybullet.isConnected(**self._here):
+            pybullet.disconnect(**self._here)
+
+    def reset(self, start: Start | None = None) -> None:
+        """Put the body back to its start pose, at rest, in a world with no memory of the past."""
+        start = start or Start()
+        world, here = self.world, self._here
+        pybullet.resetSimulation(**here)
+        pybullet.setGravity(0.0, 0.0, world.gravity_m_s2, **here)
+        substeps = ceil(world.physics_step_s / LONGEST_SOLVER_STEP_S - 1e-9)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=world.physics_step_s, numSubSteps=substeps if substeps > 1 else 0,
+            deterministicOverlappingPairs=1, **here)
+        friction = FRICTION_FOR_UNBOUNDED if world.friction is None else world.friction
+        plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, **here)
+        self._floor = pybullet.createMultiBody(0.0, plane, **here)
+        # Bullet multiplies the two coefficients, so the floor's is 1.
+        pybullet.changeDynamics(self._floor, -1, lateralFriction=1.0, **here)
+        self._robot = self._load(start)
+        links = self._link_numbers()
+        for number in links.values():
+            pybullet.changeDynamics(self._robot, number, lateralFriction=friction,
+                                    linearDamping=0.0, angularDamping=0.0,
+                                    jointDamping=0.0, **here)
+        self._joints = [links[joint.child] for joint in self.body.joints]
+        self._touching = [(name, links[name]) for name in self._touch_links]
+
+    def _load(self, start: Start) -> int:
+        height = self.body.height_m + start.height_m
+        turn = pybullet.getQuaternionFromEuler([start.roll_rad, start.pitch_rad, start.yaw_rad])
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f'{self.body.name}.urdf'
+            path.write_text(to_urdf(self.body, capsule_element=True), encoding='utf-8')
+            return int(pybullet.loadURDF(str(path), [0.0, 0.0, height], turn, **self._here,
+                                         flags=pybullet.URDF_USE_INERTIA_FROM_FILE))
+
+    def _link_numbers(self) -> dict[str, int]:
+        """Map link names to PyBullet's link numbers, which are those of the joints above them."""
+        numbers = {self.body.links[0].name: -1}
+        for number in range(pybullet.getNumJoints(self._robot, **self._here)):
+            info = pybullet.getJointInfo(self._robot, number, **self._here)
+            numbers[info[12].decode()] = number
+        return numbers
+
+    def _joint_states(self) -> tuple[Array, Array]:
+        states = pybullet.getJointStates(self._robot, self._joints, **self._here)
+        return (np.array([state[0] for state in states]), np.array([state[1] for state in states]))
+
+    def observe(self) -> Frame:
+        """Return what the sensors and an outside observer see now."""
+        position, orientation = pybullet.getBasePositionAndOrientation(self._robot, **self._here)
+        velocity, angular = pybullet.getBaseVelocity(self._robot, **self._here)
+        angles, speeds = self._joint_states()
+        touching = {
+            name: bool(pybullet.getClosestPoints(
+                self._robot, self._floor, TOUCH_THRESHOLD_M, linkIndexA=number,
+                **self._here))
+            for name, number in self._touching}
+        return Frame(angles, speeds, touching, np.array(position), np.array(orientation),
+                     np.array(velocity), np.array(angular))
+
+    def step(self, targets_rad: Array) -> None:
+        """Drive the joints towards `targets_rad` (M,) for one control period."""
+        for _ in range(self.world.physics_steps):
+            angles, _speeds = self._joint_states()
+            speeds = np.clip(self._gain * (targets_rad - angles), -self._speed_down,
+                             self._speed_up)
+            pybullet.setJointMotorControlArray(
+                self._robot, self._joints, pybullet.VELOCITY_CONTROL,
+                targetVelocities=speeds, forces=self._torques, **self._here)
+            pybullet.stepSimulation(**self._here)
