@@ -46,14 +46,16 @@ class Rollout:
         return float(self._steps_m().max(initial=0.0))
 
     def _steps_m(self) -> Array:
-        return np.linalg.norm(np.diff(self.position_m[:, :2], axis=0), axis=1).astype(np.float64)
+        steps: Array = np.linalg.norm(np.diff(self.position_m[:, :2], axis=0), axis=1)
+        return steps
 
 
 def targets_rad(body: Body, motors: Array) -> Array:
     """Return the joint targets (M,) of motor neurons (M,): -1 and 1 mean the joint's limits."""
     lower = np.array([joint.lower_rad for joint in body.joints])
     upper = np.array([joint.upper_rad for joint in body.joints])
-    return lower + (motors + 1) / 2 * (upper - lower)
+    targets: Array = lower + (motors + 1) / 2 * (upper - lower)
+    return targets
 
 
 def sensor_values(body: Body, frame: Frame, motors: Array) -> Array:

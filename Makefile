@@ -1,0 +1,37 @@
+# Each target sets up what it needs in .venv, the first time and every time.
+.PHONY: help setup build demo test lint bench faults fidelity figures study report clean
+PYTHON ?= python3
+export PYTHON
+# A domain of its own, on this machine only: nothing here meets another ROS system.
+export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
+RUN := scripts/ros_env
+
+help:            ## Show the targets
+	@grep -E '^[a-z]+: .*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
+
+setup:           ## Make .venv with pinned requirements
+	@scripts/setup
+
+build: setup     ## Build the ROS 2 workspace with colcon
+	@. .venv/bin/activate && export AMENT_PREFIX_PATH="$$VIRTUAL_ENV" && cd ros2_ws && \
+	    colcon --log-level error build --event-handlers console_cohesion- >../.venv/colcon.log 2>&1 \
+	    || { cat ../.venv/colcon.log; exit 1; }
+
+demo: build      ## Walk the simulated robot by words; writes out/demo/
+	@$(RUN) python -m demo --out out/demo
+
+test: build      ## Run all tests
+	@$(RUN) python -m pytest -q
+
+lint: setup      ## Style and types
+	@.venv/bin/ruff check .
+	@.venv/bin/mypy
+
+bench: build     ## Measure the engines' speed and the robot's timing (ARGS=--json)
+	@$(RUN) python -m training bench $(ARGS)
+
+faults: build    ## Table of fault scenarios: time to the safe outcome (ARGS=--json)
+	@$(RUN) python -m w2b_hw.fault_report $(ARGS)
+
+clean:           ## Remove what was built, not .venv
+	rm -rf ros2_ws/build ros2_ws/install ros2_ws/log out
