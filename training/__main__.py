@@ -1,0 +1,56 @@
+"""
+`python -m training COMMAND ...`: evolution, the study, and what is measured about them.
+
+Each command is a module with `add_arguments(parser)` and `main(args) -> exit code`, imported only
+when its command is given.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+#: Command -> (module, what it does). A command's own --help says more.
+COMMANDS = {
+    'evolve': ('training.evolve', 'one evolutionary run: words in, a controller file out'),
+    'champions': ('training.champions', 'evolve robust controllers, gate them in PyBullet'),
+    'ablation': ('training.ablation', 'how robustness grows with each means of the robust mode'),
+    'study': ('training.study', 'the whole study of the paper, or a part of it'),
+    'report': ('training.report', "a study's tables and figures as one HTML file"),
+    'robustness': ('training.robustness', "re-score a study's champions elsewhere"),
+    'fidelity': ('training.fidelity', 'how closely the engines repeat recorded traces'),
+    'bench': ('training.bench', 'evaluations a second of the engines'),
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(
+        prog='python -m training', description=__doc__.partition('\n\n')[0].strip('\n'),
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
+    chosen = next((word for word in arguments if not word.startswith('-')), None)
+    for name, (module, purpose) in COMMANDS.items():
+        command = commands.add_parser(name, help=purpose, description=purpose)
+        if name != chosen:
+            continue
+        try:
+            implementation = importlib.import_module(module)
+        except ModuleNotFoundError as error:
+            print(f'{name}: cannot start, the module {error.name} is missing: install '
+                  'requirements/training.txt', file=sys.stderr)
+            return 2
+        if implementation.__doc__:
+            command.description = implementation.__doc__.strip()
+            command.formatter_class = argparse.RawDescriptionHelpFormatter
+        implementation.add_arguments(command)
+        command.set_defaults(main=implementation.main)
+    args = parser.parse_args(arguments)
+    return int(args.main(args))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

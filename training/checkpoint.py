@@ -1,0 +1,80 @@
+"""
+Files that are whole or absent: written aside, then moved into place.
+
+A checkpoint holds all that a run needs to go on as if it had never stopped: named arrays and the
+state of its random generator, in one .npz file whose members carry checksums.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FORMAT = 1
+
+
+class CheckpointError(ValueError):
+    """A checkpoint cannot be used; the message says which file, why, and what to do."""
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write `content` to `path` so that a kill at any moment leaves the old file or the new one."""
+    aside = path.with_name(f'.{path.name}.{os.getpid()}')
+    try:
+        with open(aside, 'wb') as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(aside, path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write a JSON file atomically: same value, same bytes."""
+    write_atomically(path, (json.dumps(value, indent=1, sort_keys=True) + '\n').encode())
+
+
+def save(path: Path, arrays: Mapping[str, NDArray[np.generic]],
+         generator: np.random.Generator) -> None:
+    """Write a checkpoint of `arrays` and of the generator's state."""
+    buffer = BytesIO()
+    state = json.dumps({'format': FORMAT, 'generator': generator.bit_generator.state})
+    np.savez(buffer, state=np.array(state), **arrays)  # type: ignore[arg-type]
+    write_atomically(path, buffer.getvalue())
+
+
+def load(path: Path, generator: np.random.Generator) -> dict[str, NDArray[np.generic]]:
+    """
+    Return the arrays of the checkpoint at `path`, and set the generator's state.
+
+    Raises
+    ------
+    CheckpointError
+        If the file is damaged or of another format.
+
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        state = json.loads(str(arrays.pop('state')))
+        if state['format'] != FORMAT:
+            raise CheckpointError(f'{path}: expected checkpoint format {FORMAT}, got '
+                                  f'{state["format"]}; resume with the program that wrote it')
+        generator.bit_generator.state = state['generator']
+    except CheckpointError:
+        raise
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile,
+            zlib.error) as error:
+        raise CheckpointError(f'{path}: not a readable checkpoint ({error}); delete it to start '
+                              'this run again from its first generation') from None
+    return arrays
