@@ -1,0 +1,89 @@
+"""Processes of one ROS 2 system that no other system can see or disturb."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+
+#: Domains above 101 collide with the ephemeral ports of Linux (Fast DDS's port formula).
+DOMAINS = range(1, 102)
+FIRST_DISCOVERY_PORT, PORTS_PER_DOMAIN, UNICAST_OFFSET = 7400, 250, 10
+
+
+def free_domain() -> int:
+    """Return a ROS domain whose first participant's port nobody holds (RTPS 2.3, section 9.6)."""
+    for domain in random.sample(DOMAINS, len(DOMAINS)):
+        port = FIRST_DISCOVERY_PORT + PORTS_PER_DOMAIN * domain + UNICAST_OFFSET
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(('127.0.0.1', port))
+            except OSError:
+                continue
+            return domain
+    raise RuntimeError('all ROS domains from 1 to 101 are in use on this machine')
+
+
+class RosSession:
+    """
+    A ROS domain of its own on this machine, and the processes started in it.
+
+    As a context manager it sets the environment of this process too, and ends what it started.
+    """
+
+    def __init__(self, log_folder: Path) -> None:
+        self.log_folder = log_folder
+        self.environment: Mapping[str, str] = {
+            **os.environ, 'ROS_DOMAIN_ID': str(free_domain()),
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+            'PYTHONUNBUFFERED': '1'}
+        self._processes: list[tuple[str, subprocess.Popen[bytes]]] = []
+
+    def __enter__(self) -> RosSession:
+        self.log_folder.mkdir(parents=True, exist_ok=True)
+        os.environ.update(self.environment)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        for _name, process in self._processes:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        for _name, process in self._processes:
+            try:
+                process.wait(timeout=5)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def start(self, executable: str, **parameters: object) -> None:
+        """Start an installed node with ROS parameters; its output goes to the log folder."""
+        arguments = ['--ros-args']
+        for name, value in parameters.items():
+            arguments += ['-p', f'{name}:={value}']
+        with (self.log_folder / f'{executable}.log').open('wb') as log:
+            process = subprocess.Popen([_installed(executable), *arguments], env=self.environment,
+                                       stdout=log, stderr=subprocess.STDOUT)
+        self._processes.append((executable, process))
+
+    def check_alive(self) -> None:
+        """Raise RuntimeError, with the end of its log, if a process has ended."""
+        for name, process in self._processes:
+            if process.poll() is not None:
+                log = (self.log_folder / f'{name}.log').read_text(errors='replace')
+                raise RuntimeError(f'{name} ended with exit code {process.returncode}: '
+                                   f'{log[-2000:].strip()}')
+
+
+def _installed(executable: str) -> str:
+    path = shutil.which(executable)
+    if path is None:
+        raise RuntimeError(f'{executable}: not found on PATH; expected the built workspace; '
+                           f'run: make demo')
+    return path
