@@ -6,18 +6,15 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pybullet
 import pybullet_data
+from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
 
 from demo.robot import Motion
 from w2b_sim.bodies.model import Body
 from w2b_sim.bodies.urdf import to_urdf
-
-mpl.use('Agg')
-import matplotlib.pyplot as plt  # noqa: E402  (the backend is chosen before pyplot looks for one)
 
 PANEL_PX = (320, 240)
 GIF_FRAMES = 60
@@ -26,11 +23,12 @@ GIF_FRAME_MS = 80
 
 def plot_paths(motions: Mapping[str, Motion], heard: set[str], path: Path) -> None:
     """Draw the path of the base under each word, from above."""
-    figure, axes = plt.subplots(figsize=(8, 4.2), layout='constrained')
+    figure = Figure(figsize=(8, 4.2), layout='constrained')
+    axes = figure.subplots()
     for word, motion in motions.items():
         x, y = motion.positions_m[:, 0], motion.positions_m[:, 1]
-        line, = axes.plot(x, y, lw=1.8,
-                          label=f'{word} ({"heard in training" if word in heard else "never heard"})')
+        kind = 'heard in training' if word in heard else 'never heard'
+        line, = axes.plot(x, y, lw=1.8, label=f'{word} ({kind})')
         axes.plot(x[-1], y[-1], 's', color=line.get_color(), ms=7)
     axes.plot(0, 0, 'k+', ms=12, label='start')
     axes.set(xlabel='x (m)', ylabel='y (m)', aspect='equal',
@@ -39,7 +37,6 @@ def plot_paths(motions: Mapping[str, Motion], heard: set[str], path: Path) -> No
     axes.grid(alpha=0.3)
     axes.legend(loc='upper center', bbox_to_anchor=(0.5, -0.18), ncols=3, frameon=False)
     figure.savefig(path, dpi=130)
-    plt.close(figure)
 
 
 def draw_gif(body: Body, joint_names: Sequence[str], motions: Mapping[str, Motion],
