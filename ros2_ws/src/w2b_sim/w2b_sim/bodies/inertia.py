@@ -5,17 +5,27 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_sim.bodies.model import Box, Capsule, Shape
+from w2b_sim.bodies.model import Box, Capsule, Link, Shape, Vector
 
 
-def inertia(shape: Shape, mass_kg: float) -> NDArray[np.float64]:
-    """Return the inertia tensor (3, 3) in kg m^2 about the shape's centre, in the link's axes."""
+def link_inertia(link: Link) -> NDArray[np.float64]:
+    """Return a link's inertia tensor (3, 3) in kg m^2 about its centre, in the link's axes."""
+    return inertia(link.shape, link.mass_kg, link.inertia_axis)
+
+
+def inertia(shape: Shape, mass_kg: float, capsule_axis: Vector | None = None
+            ) -> NDArray[np.float64]:
+    """
+    Return the inertia tensor (3, 3) in kg m^2 about the shape's centre, in the link's axes.
+
+    `capsule_axis` stands in for a capsule's own axis (see `Link.inertia_axis`).
+    """
     if isinstance(shape, Box):
         x, y, z = (edge**2 for edge in shape.size_m)
         return np.diag([y + z, x + z, x + y]) * (mass_kg / 12)
     if isinstance(shape, Capsule):
         axial, transverse = _capsule(shape, mass_kg)
-        axis = np.asarray(shape.axis)
+        axis = np.asarray(capsule_axis or shape.axis)
         return transverse * np.eye(3) + (axial - transverse) * np.outer(axis, axis)
     return np.eye(3) * (0.4 * mass_kg * shape.radius_m**2)
 

@@ -1,6 +1,6 @@
 """The minimal robot of the paper: two capsules and a hinge."""
 
-from w2b_sim.bodies.model import Body, Capsule, Joint, Link, X, Z
+from w2b_sim.bodies.model import Body, Capsule, Joint, Link, X, Y, Z
 
 LENGTH_M = 1.0
 RADIUS_M = 0.1
@@ -11,7 +11,7 @@ def minimal() -> Body:
     return Body(
         name='minimal',
         description='two capsules joined end to end by one hinge',
-        links=(Link('base_link', Capsule(LENGTH_M, RADIUS_M, X)),
+        links=(Link('base_link', Capsule(LENGTH_M, RADIUS_M, X), inertia_axis=Y),
                Link('lower_link', Capsule(LENGTH_M, RADIUS_M, Z),
                     centre_m=(0.0, 0.0, -LENGTH_M / 2))),
         joints=(Joint('hinge', 'base_link', 'lower_link', (-LENGTH_M / 2, 0.0, 0.0),

@@ -45,12 +45,20 @@ Shape = Box | Capsule | Sphere
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid link: one shape of uniform density, centred at `centre_m` in the link's frame."""
+    """
+    A rigid link: one shape of uniform density, centred at `centre_m` in the link's frame.
+
+    `inertia_axis`, for a capsule, is the axis of its smallest moment of inertia where that is not
+    the capsule's own. The original program hands its physics engine inertia tensors that are turned
+    into the world's frame already, and the engine turns them again: lying capsules come out with
+    the smallest moment about another axis. The bodies of the study have what it really simulated.
+    """
 
     name: str
     shape: Shape
     mass_kg: float = 1.0
     centre_m: Vector = (0.0, 0.0, 0.0)
+    inertia_axis: Vector | None = None
 
 
 @dataclass(frozen=True)

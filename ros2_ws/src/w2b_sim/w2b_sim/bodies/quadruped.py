@@ -27,7 +27,8 @@ def quadruped(name: str = 'quadruped', touch: bool = True) -> Body:
     for leg, outward, along, axis in LEGS:
         upper, lower = f'{leg}_upper_leg', f'{leg}_lower_leg'
         links.append(Link(upper, Capsule(SEGMENT_LENGTH_M, SEGMENT_RADIUS_M, along),
-                          centre_m=_along(outward, SEGMENT_LENGTH_M / 2)))
+                          centre_m=_along(outward, SEGMENT_LENGTH_M / 2),
+                          inertia_axis=Y if along == X else Z))
         links.append(Link(lower, Capsule(SEGMENT_LENGTH_M, SEGMENT_RADIUS_M, Z),
                           centre_m=(0.0, 0.0, -SEGMENT_LENGTH_M / 2)))
         hips.append(Joint(f'{leg}_hip', 'base_link', upper, _along(outward, HIP_FROM_AXIS_M), axis,

@@ -2,7 +2,7 @@
 
 from math import pi
 
-from w2b_sim.bodies.model import Body, Capsule, Joint, Link, Sphere, X
+from w2b_sim.bodies.model import Body, Capsule, Joint, Link, Sphere, X, Y
 
 RADIUS_M = 0.1
 
@@ -23,7 +23,7 @@ def spherical(degrees_of_freedom: int, wiring: str) -> Body:
         description=f'pendulum with {degrees_of_freedom} degree(s) of freedom in a sphere, '
                     f'{wiring}',
         links=(Link('base_link', Sphere(RADIUS_M), mass_kg=0.5),
-               Link('pendulum_link', Capsule(0.1, 0.01, X)),
+               Link('pendulum_link', Capsule(0.1, 0.01, X), inertia_axis=Y),
                Link('bob_link', Sphere(0.02), centre_m=(0.04, 0.0, 0.0))),
         joints=(Joint('pendulum', 'base_link', 'pendulum_link', (0.0, 0.0, 0.0),
                       axis=(0.0, -1.0, 0.0), lower_rad=-pi / 2, upper_rad=pi / 2,

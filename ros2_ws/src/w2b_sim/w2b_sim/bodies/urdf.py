@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from w2b_sim.bodies.inertia import inertia
+from w2b_sim.bodies.inertia import link_inertia
 from w2b_sim.bodies.model import Body, Box, Capsule, Link, Shape, Vector
 
 COLOURS = ((0.85, 0.45, 0.15, 1.0), (0.20, 0.45, 0.70, 1.0), (0.15, 0.20, 0.30, 1.0))
@@ -47,7 +47,7 @@ def _add_link(robot: ElementTree.Element, link: Link, depth: int, capsule_elemen
     inertial = ElementTree.SubElement(element, 'inertial')
     ElementTree.SubElement(inertial, 'origin', xyz=_numbers(link.centre_m), rpy='0 0 0')
     ElementTree.SubElement(inertial, 'mass', value=_number(link.mass_kg))
-    tensor = inertia(link.shape, link.mass_kg)
+    tensor = link_inertia(link)
     ElementTree.SubElement(inertial, 'inertia', {
         'i' + 'xyz'[row] + 'xyz'[column]: _number(tensor[row, column])
         for row in range(3) for column in range(row, 3)})
