@@ -1,0 +1,206 @@
+"""The node `brain`: a thin wrap of `brain_logic.Brain` in topics, parameters and a lifecycle."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from builtin_interfaces.msg import Duration
+from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from w2b_controller import controller_file
+from w2b_controller.brain_logic import Brain, Targets
+from w2b_controller.command import Answer
+from w2b_controller.controller_file import Controller
+from w2b_controller.diagnostics import DiagnosticsReporter
+from w2b_controller.managed_node import ManagedNode, Parameter, declare
+from w2b_controller.ros_messages import (
+    COMMANDS,
+    FRAMES_IN,
+    LATCHED,
+    NS_PER_S,
+    TARGETS,
+    stamp_ns,
+    to_diagnostic,
+    to_stamp,
+)
+from w2b_controller.status import Level, Status
+from w2b_controller.vocabulary import Vocabulary
+
+PARAMETERS = (
+    Parameter('autostart', True, 'Configure and activate without being asked.'),
+    Parameter('controller', 'quadruped',
+              'Name of a controller that ships, or path of a controller file.'),
+    Parameter('vocabulary', 'default',
+              'default (embedded), name of an installed one, or path of a word2vec file.'),
+    Parameter('frame_timeout', 0.5, 'Seconds without a sensor frame until they count as lost.',
+              (0.05, 60.0)),
+    Parameter('claim_wait', 1.0, 'Seconds after its start that a brain looks for another one '
+              'before it sends targets.', (0.0, 60.0)),
+    Parameter('command_topic', 'command', 'Words to hear (std_msgs/String).'),
+    Parameter('command_answer_topic', 'command_answer',
+              'What became of a command (diagnostic_msgs/DiagnosticStatus, latched).'),
+    Parameter('joint_states_topic', 'joint_states', 'Measured joints (sensor_msgs/JointState).'),
+    Parameter('contacts_topic', 'contacts',
+              'Touch sensors, 1 while they touch (sensor_msgs/JointState).'),
+    Parameter('joint_trajectory_topic', 'joint_trajectory',
+              'Where the joints shall go (trajectory_msgs/JointTrajectory).'),
+    Parameter('diagnostics_topic', '/diagnostics', 'How the brain is.'),
+)
+RIVAL = 'another brain is active: neither sends targets until one is stopped'
+
+
+class BrainNode(ManagedNode):
+    """Hears words, senses frames, sends targets."""
+
+    def __init__(self) -> None:
+        super().__init__('brain')
+        self._started_at_s = time.monotonic()
+        declare(self, PARAMETERS)
+        self._controller: Controller | None = None
+        self._vocabulary: Vocabulary | None = None
+        self._brain: Brain | None = None
+        self._rival = False
+        self._subscriptions_active: list = []
+        self._reporter = DiagnosticsReporter(
+            self, self._statuses, self._hardware_id, self._text('diagnostics_topic'))
+
+    def _text(self, name: str) -> str:
+        return str(self.get_parameter(name).value)
+
+    def _topic(self, name: str) -> str:
+        return self.resolve_topic_name(self._text(f'{name}_topic'))
+
+    def configure(self) -> None:
+        """Load controller and vocabulary (ValueError, OSError)."""
+        name = self._text('controller')
+        self._controller = controller_file.load(controller_file.resolve(name))
+        self._vocabulary = Vocabulary.load(self._text('vocabulary'))
+        self.get_logger().info(
+            f'{self._controller.body}, controller {name}, words from {self._vocabulary.source}')
+
+    def activate(self) -> None:
+        """Listen and answer, unless another brain does (ValueError)."""
+        assert self._controller is not None
+        assert self._vocabulary is not None
+        self._look_for_another_brain()
+        self._brain = Brain(self._controller, self._vocabulary, clock=time.monotonic,
+                            frame_timeout_s=float(self.get_parameter('frame_timeout').value))
+        self._targets = self.create_publisher(
+            JointTrajectory, self._topic('joint_trajectory'), TARGETS)
+        self._answers = self.create_publisher(
+            DiagnosticStatus, self._topic('command_answer'), LATCHED)
+        self._publish_answer(self._brain.greet())
+        self._subscriptions_active = [
+            self.create_subscription(String, self._topic('command'), self._on_command, COMMANDS),
+            self.create_subscription(JointState, self._topic('joint_states'),
+                                     self._on_joint_states, FRAMES_IN)]
+        if self._brain.uses_contacts:
+            self._subscriptions_active.append(self.create_subscription(
+                JointState, self._topic('contacts'), self._on_contacts, FRAMES_IN))
+
+    def deactivate(self) -> None:
+        """Neither listen nor answer: the body gets no more targets."""
+        if self._brain is None:
+            return
+        self._brain = None
+        for subscription in self._subscriptions_active:
+            self.destroy_subscription(subscription)
+        self._subscriptions_active = []
+        self.destroy_publisher(self._answers)
+        self.destroy_publisher(self._targets)
+
+    def cleanup(self) -> None:
+        """Forget controller and vocabulary."""
+        self._controller = self._vocabulary = None
+
+    def _look_for_another_brain(self) -> None:
+        """Look until `claim_wait` seconds after the start: discovery takes its time."""
+        until_s = self._started_at_s + float(self.get_parameter('claim_wait').value)
+        while True:
+            for topic in (self._topic('joint_trajectory'), self._topic('command_answer')):
+                others = self.get_publishers_info_by_topic(topic)
+                if others:
+                    other = others[0]
+                    name = f'{other.node_namespace.rstrip("/")}/{other.node_name}'
+                    raise ValueError(f'node {name} already publishes on {topic}, and two brains '
+                                     'cannot move one body: stop it first')
+            if time.monotonic() >= until_s:
+                return
+            time.sleep(0.02)
+
+    def _on_command(self, message: String) -> None:
+        assert self._brain is not None
+        if self._check_rival():
+            answer = self._brain.refuse(message.data, RIVAL)
+        else:
+            answer = self._brain.hear(message.data)
+        self._publish_answer(answer)
+        report = self.get_logger().info if answer.level is Level.OK else \
+            self.get_logger().warning
+        report(f'heard {answer.heard!r}: {answer.message}')
+
+    def _publish_answer(self, answer: Answer) -> None:
+        values = {'received': str(answer.received), 'text': answer.heard, **answer.values}
+        self._answers.publish(to_diagnostic(
+            Status(answer.level, 'brain: command', answer.message, values), self._hardware_id()))
+
+    def _on_joint_states(self, message: JointState) -> None:
+        if self._brain is not None and not self._check_rival():
+            self._send(self._brain.joint_states(
+                stamp_ns(message.header.stamp), message.name, message.position))
+
+    def _on_contacts(self, message: JointState) -> None:
+        if self._brain is not None and not self._check_rival():
+            self._send(self._brain.contacts(
+                stamp_ns(message.header.stamp), message.name, message.position))
+
+    def _send(self, targets: Targets | None) -> None:
+        if targets is None:
+            return
+        seconds, rest = divmod(round(targets.period_s * NS_PER_S), NS_PER_S)
+        message = JointTrajectory(
+            joint_names=list(targets.joints),
+            points=[JointTrajectoryPoint(positions=targets.position_rad.tolist(),
+                                         time_from_start=Duration(sec=seconds, nanosec=rest))])
+        message.header.stamp = to_stamp(targets.stamp_ns)
+        self._targets.publish(message)
+
+    def _check_rival(self) -> bool:
+        """Return whether a second brain is active: two that start at once find each other so."""
+        if self._brain is None:
+            return False
+        rival = (self.count_publishers(self._answers.topic_name) > 1
+                 and self.count_publishers(self._targets.topic_name) > 1)
+        if rival != self._rival:
+            self._rival = rival
+            self._brain.stand('another brain was active')
+        return rival
+
+    def _hardware_id(self) -> str:
+        return self._controller.body if self._controller is not None else 'none'
+
+    def _statuses(self) -> Sequence[Status]:
+        if self._brain is None:
+            message = f'{self.state_label}: no targets are sent'
+            return [Status(Level.WARN, 'brain: frames', message),
+                    Status(Level.WARN, 'brain: command', message)]
+        return [self._brain.frames_status(), self._command_status()]
+
+    def _command_status(self) -> Status:
+        assert self._brain is not None
+        status = self._brain.command_status()
+        if self._check_rival():
+            return Status(Level.ERROR, status.name, RIVAL, status.values)
+        targets = self.count_publishers(self._targets.topic_name)
+        frames = self.count_publishers(self._topic('joint_states'))
+        if targets > 1:
+            return Status(Level.WARN, status.name, f'{status.message}; another node publishes on '
+                          f'{self._targets.topic_name}', status.values)
+        if frames > 1:
+            return Status(Level.WARN, status.name, f'{status.message}; {frames} nodes publish on '
+                          f'{self._topic("joint_states")}', status.values)
+        return status

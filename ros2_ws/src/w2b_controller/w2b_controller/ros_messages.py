@@ -1,0 +1,46 @@
+"""Between ROS messages and plain data, and the quality of service of each kind of topic."""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_sensor_data,
+)
+
+from w2b_controller.status import Status
+
+#: Sensor frames and targets are sent reliably, so that any subscriber can match, ...
+FRAMES_OUT = TARGETS = COMMANDS = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.RELIABLE)
+#: ... and sensor frames are listened to as sensor data: a late one is worth nothing.
+FRAMES_IN = qos_profile_sensor_data
+#: The last message waits for late listeners.
+LATCHED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+NS_PER_S = 1_000_000_000
+
+
+def stamp_ns(stamp: Time) -> int:
+    """Return a message's stamp in nanoseconds."""
+    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+def to_stamp(nanoseconds: int) -> Time:
+    """Return nanoseconds as a message's stamp."""
+    seconds, rest = divmod(nanoseconds, NS_PER_S)
+    return Time(sec=seconds, nanosec=rest)
+
+
+def to_diagnostic(status: Status, hardware_id: str) -> DiagnosticStatus:
+    """Return a status as a diagnostic message."""
+    return DiagnosticStatus(
+        level=bytes([status.level]), name=status.name, message=status.message,
+        hardware_id=hardware_id,
+        values=[KeyValue(key=key, value=value) for key, value in status.values.items()])

@@ -1,0 +1,141 @@
+"""
+`ros2 run w2b_controller say WORD...`: says a word to the brain and waits for its answer.
+
+Exit code 0: the brain follows it. 1: the brain refused it, and says why. 2: nobody answered.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from w2b_controller.ros_process import StopFlag
+
+if TYPE_CHECKING:
+    from diagnostic_msgs.msg import DiagnosticStatus
+    from rclpy.node import Node
+
+NO_BRAIN = 'no brain listens: start one with `ros2 run w2b_controller brain`'
+FOLLOWED, REFUSED, UNANSWERED = 0, 1, 2
+
+
+class NoAnswerError(RuntimeError):
+    """No brain, or no answer in time; one line says which."""
+
+
+class Messenger:
+    """Says commands to the brain that a node can reach."""
+
+    def __init__(self, node: Node, command_topic: str = 'command',
+                 answer_topic: str = 'command_answer',
+                 interrupted: Callable[[], bool] = lambda: False) -> None:
+        from diagnostic_msgs.msg import DiagnosticStatus
+        from std_msgs.msg import String
+
+        from w2b_controller.ros_messages import COMMANDS, LATCHED
+        self._node = node
+        self._interrupted = interrupted
+        self._answer: DiagnosticStatus | None = None
+        self._string = String
+        self._publisher = node.create_publisher(String, command_topic, COMMANDS)
+        self._subscription = node.create_subscription(
+            DiagnosticStatus, answer_topic, self._on_answer, LATCHED)
+
+    def _on_answer(self, answer: DiagnosticStatus) -> None:
+        self._answer = answer
+
+    def say(self, text: str, timeout_s: float = 10.0) -> DiagnosticStatus:
+        """
+        Say a command and return the brain's answer to it.
+
+        The brain counts what it hears. Its latched answer tells the count before, so that an
+        answer with a higher count and this text can only be to this command.
+
+        Raises
+        ------
+        NoAnswerError
+            If no brain listens, or none answers in time.
+
+        """
+        from w2b_controller.command import quoted
+        deadline_s = time.monotonic() + timeout_s
+        self._spin(deadline_s, lambda: self._publisher.get_subscription_count() > 0
+                   and self._answer is not None, NO_BRAIN)
+        before = values_of(self._answer)['received']
+        self._publisher.publish(self._string(data=text))
+
+        def answered() -> bool:
+            values = values_of(self._answer)
+            return int(values['received']) > int(before) and values['text'] == quoted(text)
+        self._spin(deadline_s, answered, f'the brain did not answer within {timeout_s:g} s: '
+                   'see what it says on /diagnostics')
+        assert self._answer is not None
+        return self._answer
+
+    def _spin(self, deadline_s: float, condition: Callable[[], bool], reason: str) -> None:
+        import rclpy
+        while not condition():
+            if self._interrupted():
+                raise NoAnswerError('interrupted')
+            if time.monotonic() > deadline_s:
+                raise NoAnswerError(reason)
+            rclpy.spin_once(self._node, timeout_sec=0.05)
+
+
+def values_of(status: DiagnosticStatus | None) -> dict[str, str]:
+    """Return a status's values by key."""
+    return {} if status is None else {value.key: value.value for value in status.values}
+
+
+def as_json(answer: DiagnosticStatus) -> str:
+    """Return an answer as one line of JSON."""
+    return json.dumps({'level': answer.level[0], 'message': answer.message,
+                       'hardware_id': answer.hardware_id, **values_of(answer)})
+
+
+def _print(answer: DiagnosticStatus, json_wanted: bool) -> None:
+    refused = answer.level[0] >= 2
+    if json_wanted:
+        print(as_json(answer))
+        return
+    print(answer.message, file=sys.stderr if refused else sys.stdout)
+    nearest = values_of(answer).get('nearest')
+    if nearest:
+        print(f'nearest in meaning: {nearest}')
+
+
+def _arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog='say', description='Say a word to the brain and wait for its answer.')
+    parser.add_argument('word', nargs='+', help='one word or several, heard in this order')
+    parser.add_argument('--timeout', type=float, default=10.0, metavar='S',
+                        help='seconds to wait for a brain and its answer (default: %(default)s)')
+    parser.add_argument('--json', action='store_true', help='print the answer as JSON')
+    return parser.parse_args(arguments)
+
+
+def main() -> int:
+    """Say the words of the command line; return the exit code."""
+    stop = StopFlag()
+    stop.install()
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+    from rclpy.utilities import remove_ros_args
+    options = _arguments(remove_ros_args(sys.argv)[1:])
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = rclpy.create_node('say')
+    try:
+        messenger = Messenger(node, interrupted=lambda: stop.requested)
+        answer = messenger.say(' '.join(options.word), options.timeout)
+    except NoAnswerError as error:
+        print(f'error: {error}', file=sys.stderr)
+        return UNANSWERED
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    _print(answer, options.json)
+    return REFUSED if answer.level[0] >= 2 else FOLLOWED

@@ -1,0 +1,26 @@
+"""Install the simulated bodies and worlds as an ament_python package."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = 'w2b_sim'
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+        (f'share/{package_name}', ['package.xml', 'LICENSE']),
+        (f'share/{package_name}/config', glob('config/*')),
+        (f'share/{package_name}/launch', glob('launch/*.launch.py')),
+    ],
+    install_requires=['setuptools', 'numpy', 'numba', 'pybullet'],
+    zip_safe=False,
+    maintainer='the w2b maintainers',
+    maintainer_email='w2b@users.noreply.github.com',
+    description='Simulated bodies and worlds for the brain.',
+    license='Apache-2.0',
+    entry_points={'console_scripts': ['sim = w2b_sim.sim:main']},
+)

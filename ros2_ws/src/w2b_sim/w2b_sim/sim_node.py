@@ -1,0 +1,209 @@
+"""
+The node `sim`: a thin wrap of `sim_logic.SimulatedRobot` in topics, services and a clock.
+
+It is a plain node, not a lifecycle node: it holds no device and drives nothing outside itself, so
+a process that runs is a body that is there; pause and reset are what its users need.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from geometry_msgs.msg import Point, Quaternion, Vector3
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from w2b_controller.diagnostics import DiagnosticsReporter
+from w2b_controller.managed_node import Parameter, declare
+from w2b_controller.ros_messages import FRAMES_OUT, TARGETS, stamp_ns, to_stamp
+from w2b_controller.ros_process import StartError
+from w2b_controller.status import Status
+from w2b_sim import bodies
+from w2b_sim.engines.interface import Start
+from w2b_sim.engines.pybullet_engine import PyBulletSimulation
+from w2b_sim.rotation import into_body
+from w2b_sim.sim_logic import SimulatedRobot
+from w2b_sim.worlds import WORLDS
+
+#: In lockstep frames come faster than a busy listener reads: who records a run gets all of it.
+LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
+                     reliability=ReliabilityPolicy.RELIABLE)
+
+#: What a seeded start may differ by from the nominal one.
+SPREAD_HEIGHT_M = 0.002
+SPREAD_TILT_RAD = math.radians(0.5)
+
+PARAMETERS = (
+    Parameter('body', 'quadruped', 'Body to simulate.'),
+    Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.'),
+    Parameter('real_time_factor', 0.0, '0: lockstep, the body waits for the targets that answer '
+              'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0)),
+    Parameter('republish_timeout', 0.5,
+              'Seconds until a frame without an answer is sent again.', (0.05, 60.0)),
+    Parameter('paused', False, 'Start paused.'),
+    Parameter('pause_after', 0, 'Frames after a reset until the clock stops; 0: never.'),
+    Parameter('seed', -1, f'Of the starts: each is raised by up to {SPREAD_HEIGHT_M * 1e3:g} mm '
+              f'and tilted by up to {math.degrees(SPREAD_TILT_RAD):g} degrees; '
+              '-1: all are exactly the nominal one.'),
+    Parameter('start_height', 0.0, 'Metres to raise the nominal start by.', (0.0, 1.0)),
+    Parameter('start_roll', 0.0, 'Radians to tilt it about x.', (-math.pi, math.pi)),
+    Parameter('start_pitch', 0.0, 'Radians to tilt it about y.', (-math.pi, math.pi)),
+    Parameter('start_yaw', 0.0, 'Radians to turn it about z.', (-math.pi, math.pi)),
+    Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.'),
+)
+
+
+class SimNode(Node):
+    """Sends sensor frames, takes targets."""
+
+    def __init__(self) -> None:
+        super().__init__('sim')
+        self.exit_code: int | None = None
+        declare(self, PARAMETERS)
+        self._random = np.random.default_rng(max(0, self._integer('seed')))
+        self._robot = self._make_robot()
+        self._joint_states = self.create_publisher(JointState, 'joint_states', LOG_OUT)
+        self._contacts = (self.create_publisher(JointState, 'contacts', FRAMES_OUT)
+                          if self._robot.frame.touching else None)
+        self._odometry = self.create_publisher(Odometry, 'odom', LOG_OUT)
+        self._clock_publisher = self.create_publisher(Clock, '/clock', FRAMES_OUT)
+        self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, TARGETS)
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(SetBool, '~/pause', self._on_pause)
+        self._reporter = DiagnosticsReporter(
+            self, self._statuses, lambda: self._robot.body.name,
+            str(self.get_parameter('diagnostics_topic').value))
+        if self._robot.paced:
+            self.create_timer(self._period_s / self._number('real_time_factor'), self._on_tick)
+        self._republish = self.create_timer(
+            self._number('republish_timeout'), self._on_unanswered)
+        if not self._robot.paused:
+            self._publish_frame()
+
+    def _number(self, name: str) -> float:
+        return float(self.get_parameter(name).value)
+
+    def _integer(self, name: str) -> int:
+        return int(self.get_parameter(name).value)
+
+    def _make_robot(self) -> SimulatedRobot:
+        """Build what the parameters ask for (StartError)."""
+        try:
+            body = bodies.get(str(self.get_parameter('body').value))
+        except ValueError as error:
+            raise StartError(str(error)) from error
+        name = str(self.get_parameter('world').value) or body.world
+        if name not in WORLDS:
+            raise StartError(f'unknown world {name!r}: expected one of {", ".join(WORLDS)}')
+        world = WORLDS[name]
+        self._period_s = world.control_period_s
+        if self._integer('pause_after') < 0:
+            raise StartError('pause_after: expected 0 or more frames, '
+                             f'got {self._integer("pause_after")}')
+        self._simulation = PyBulletSimulation(body, world)
+        robot = SimulatedRobot(
+            body, self._simulation, next_start=self._next_start, period_s=self._period_s,
+            paced=self._number('real_time_factor') > 0.0,
+            pause_after=self._integer('pause_after'), clock=time.monotonic)
+        robot.pause(bool(self.get_parameter('paused').value) or robot.paused)
+        self.get_logger().info(f'{body.name} in the world {name}, {robot.clock_status().message}')
+        return robot
+
+    def _next_start(self) -> Start:
+        height, roll, pitch, yaw = (self._number(f'start_{name}')
+                                    for name in ('height', 'roll', 'pitch', 'yaw'))
+        if self._integer('seed') >= 0:
+            height += self._random.uniform(0.0, SPREAD_HEIGHT_M)
+            roll += self._random.uniform(-SPREAD_TILT_RAD, SPREAD_TILT_RAD)
+            pitch += self._random.uniform(-SPREAD_TILT_RAD, SPREAD_TILT_RAD)
+        return Start(height, roll, pitch, yaw)
+
+    def _on_targets(self, message: JointTrajectory) -> None:
+        taken = self._robot.take(stamp_ns(message.header.stamp), message.joint_names,
+                                 [point.positions for point in message.points])
+        if taken and not self._robot.paced:
+            self._move_if_may()
+
+    def _on_tick(self) -> None:
+        self._move_if_may()
+
+    def _move_if_may(self) -> None:
+        if self._robot.may_move:
+            self._robot.move()
+            self._publish_frame()
+
+    def _on_unanswered(self) -> None:
+        """Send the frame again: the brain was not there, or the frame or its answer got lost."""
+        if not self._robot.paused and not self._robot.paced and not self._robot.answered:
+            self._publish_frame()
+
+    def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._robot.reset()
+        if not self._robot.paused:
+            self._publish_frame()
+        response.success = True
+        response.message = ('at the start; the first frame is stamped '
+                            f'{self._robot.stamp_ns / 1e9:.9f}')
+        return response
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        was_paused = self._robot.paused
+        self._robot.pause(request.data)
+        if was_paused and not request.data:
+            if self._robot.answered and not self._robot.paced:
+                self._move_if_may()
+            else:
+                self._publish_frame()
+        response.success = True
+        response.message = self._robot.clock_status().message
+        return response
+
+    def _publish_frame(self) -> None:
+        self._republish.reset()
+        frame, stamp = self._robot.frame, to_stamp(self._robot.stamp_ns)
+        self._clock_publisher.publish(Clock(clock=stamp))
+        self._odometry.publish(self._odometry_message())
+        if self._contacts is not None:
+            contacts = JointState(name=list(frame.touching),
+                                  position=[float(touch) for touch in frame.touching.values()])
+            contacts.header.stamp = stamp
+            self._contacts.publish(contacts)
+        joints = JointState(name=[joint.name for joint in self._robot.body.joints],
+                            position=frame.joint_position_rad.tolist(),
+                            velocity=frame.joint_velocity_rad_s.tolist())
+        joints.header.stamp = stamp
+        self._joint_states.publish(joints)
+
+    def _odometry_message(self) -> Odometry:
+        """Pose in `odom`, velocity in the base's own frame, as Odometry asks for."""
+        frame = self._robot.frame
+        message = Odometry(child_frame_id=self._robot.body.links[0].name)
+        message.header.frame_id = 'odom'
+        message.header.stamp = to_stamp(self._robot.stamp_ns)
+        message.pose.pose.position = Point(**_xyz(frame.position_m))
+        x, y, z, w = map(float, frame.orientation_xyzw)
+        message.pose.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
+        message.twist.twist.linear = Vector3(
+            **_xyz(into_body(frame.orientation_xyzw, frame.velocity_m_s)))
+        message.twist.twist.angular = Vector3(
+            **_xyz(into_body(frame.orientation_xyzw, frame.angular_velocity_rad_s)))
+        return message
+
+    def _statuses(self) -> Sequence[Status]:
+        return [self._robot.targets_status(), self._robot.clock_status()]
+
+    def close(self) -> None:
+        """Leave the physics server."""
+        self._simulation.close()
+
+
+def _xyz(vector: np.ndarray) -> dict[str, float]:
+    return dict(zip('xyz', map(float, vector), strict=True))
