@@ -10,7 +10,7 @@ set) remain. Ask for genomes, score them, tell the scores.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,6 +34,8 @@ class Population:
         NaN until it is told.
     numbers: shape (N,)
         Serial numbers: the smaller, the older.
+    parents: shape (N,)
+        The number of the individual that this one is a mutated copy of; -1 if it is none's.
 
     """
 
@@ -41,6 +43,7 @@ class Population:
     ages: NDArray[np.int64]
     fitness: Array
     numbers: NDArray[np.int64]
+    parents: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.ages)
@@ -146,8 +149,8 @@ class Afpo:
         newcomer = self._born(random_genomes(rng, 1, self.layout), np.zeros(1, dtype=np.int64))
         parents = rng.integers(0, len(old), max(0, 2 * capacity - len(old) - 1))
         children = self._born(self.mutation(rng, old.genomes[parents], self.layout),
-                              old.ages[parents] + 1)
-        aged = Population(old.genomes, old.ages + 1, old.fitness, old.numbers)
+                              old.ages[parents] + 1, old.numbers[parents])
+        aged = replace(old, ages=old.ages + 1)
         self.population = _join(aged, newcomer, children)
         return self.population.genomes[np.isnan(self.population.fitness)]
 
@@ -160,16 +163,11 @@ class Afpo:
                              f'with {int(np.isnan(fitness).sum())} NaN')
         scored = self.population.fitness.copy()
         scored[new] = fitness
-        everyone = self.rescored(scored)
+        everyone = replace(self.population, fitness=scored)
         chosen = survivors(self.rng, dominance(everyone.ages, everyone.fitness, everyone.numbers),
                            self.capacity)
         self.population = everyone.take(chosen)
         self.generation += 1
-
-    def rescored(self, fitness: Array) -> Population:
-        """Return the population with another fitness (N,)."""
-        return Population(self.population.genomes, self.population.ages, fitness,
-                          self.population.numbers)
 
     def arrays(self) -> dict[str, NDArray[np.generic]]:
         """Return the state, but for the generator, as named arrays."""
@@ -187,10 +185,13 @@ class Afpo:
         self.population = population
         self.generation, self.next_number = (int(value) for value in arrays['counters'])
 
-    def _born(self, genomes: Array, ages: NDArray[np.int64]) -> Population:
-        numbers = np.arange(self.next_number, self.next_number + len(genomes))
-        self.next_number += len(genomes)
-        return Population(genomes, ages, np.full(len(genomes), np.nan), numbers)
+    def _born(self, genomes: Array, ages: NDArray[np.int64],
+              parents: NDArray[np.int64] | None = None) -> Population:
+        count = len(genomes)
+        numbers = np.arange(self.next_number, self.next_number + count)
+        self.next_number += count
+        return Population(genomes, ages, np.full(count, np.nan), numbers,
+                          np.full(count, -1) if parents is None else parents)
 
 
 def _join(*parts: Population) -> Population:

@@ -87,4 +87,4 @@ def write_champion(path: Path, body: Body, world: World, network: Network,
         words=tuple(controller_file.TrainedWord(word.word, word.behaviour, vector_hash(vector),
                                                 word.score)
                     for word, vector in zip(judged, heard, strict=True) if word.trained),
-        record=dict(record)), path)
+        record=dict(record), vector_length=heard.shape[-1]), path)
