@@ -170,7 +170,8 @@ class SimulatedRobot:
         if not self.paused and now_s - self._answered_at_s > WARNING_S:
             does = 'holds its last targets' if self.paced else 'waits'
             return Status(Level.WARN, 'sim: targets', f'no targets: the body {does}', values)
-        return Status(Level.OK, 'sim: targets', 'paused' if self.paused else 'targets come', values)
+        message = 'targets come' if self._counts['taken'] else 'no targets yet'
+        return Status(Level.OK, 'sim: targets', 'paused' if self.paused else message, values)
 
     def clock_status(self) -> Status:
         """How time goes: the status `sim: clock`."""
