@@ -1,0 +1,247 @@
+"""
+Calibration: what makes a pulse of an angle, for each servo, and what the board's clock runs at.
+
+Kept as YAML that people can read, with a checksum over everything else in it: a file that was cut
+short or edited by hand does not arm the robot.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from w2b_hw.joints import JOINTS, limit_rad
+
+FORMAT, VERSION = 'w2b-calibration', 1
+#: No servo of this class is driven beyond these, whatever a file says.
+SHORTEST_US, LONGEST_US = 500.0, 2500.0
+NOMINAL_ZERO_US = 1500.0
+#: 2000 us for 180 degrees: the nominal micro servo.
+NOMINAL_US_PER_RAD = 2000.0 / math.pi
+_ROUNDING_US = 5.0
+HOW_TO_MAKE = 'make one with `ros2 run w2b_hw calibrate`'
+
+
+class CalibrationError(ValueError):
+    """No usable calibration; one line says what is wrong and what to do."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """The PCA9685 board: `oscillator_hz` is measured, boards are off by up to 8%."""
+
+    address: int = 0x40
+    oscillator_hz: float = 25e6
+    frequency_hz: float = 50.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges (CalibrationError)."""
+        _expect('board', 'address', self.address, 0x40, 0x7F)
+        _expect('board', 'oscillator_hz', self.oscillator_hz, 20e6, 30e6)
+        _expect('board', 'frequency_hz', self.frequency_hz, 40.0, 60.0)
+
+
+@dataclass(frozen=True)
+class Servo:
+    """
+    One servo: pulse = zero_us + direction * us_per_rad * angle.
+
+    Attributes
+    ----------
+    joint, channel
+        The joint it turns, and its output on the board.
+    direction
+        1 if a longer pulse turns the joint in its positive sense, else -1.
+    zero_us, us_per_rad
+        Pulse at angle 0, and how much it changes for a radian.
+    min_us, max_us, min_rad, max_rad
+        The range in which it turns freely, as pulses and as angles. Both hold.
+
+    """
+
+    joint: str
+    channel: int
+    direction: int = 1
+    zero_us: float = NOMINAL_ZERO_US
+    us_per_rad: float = NOMINAL_US_PER_RAD
+    min_us: float = SHORTEST_US
+    max_us: float = LONGEST_US
+    min_rad: float = -math.radians(45)
+    max_rad: float = math.radians(45)
+
+    def __post_init__(self) -> None:
+        """Check the ranges, and that pulses and angles agree (CalibrationError)."""
+        name = f'servo {self.joint}'
+        _expect(name, 'channel', self.channel, 0, 15)
+        if self.direction not in (1, -1):
+            raise CalibrationError(f'{name}: direction: expected 1 or -1, got {self.direction}')
+        _expect(name, 'us_per_rad', self.us_per_rad, 200.0, 2000.0)
+        _expect(name, 'min_us', self.min_us, SHORTEST_US, LONGEST_US)
+        _expect(name, 'max_us', self.max_us, self.min_us, LONGEST_US)
+        _expect(name, 'zero_us', self.zero_us, self.min_us, self.max_us)
+        _expect(name, 'min_rad', self.min_rad, -math.pi, 0.0)
+        _expect(name, 'max_rad', self.max_rad, 0.0, math.pi)
+        for field, angle_rad in (('min_rad', self.min_rad), ('max_rad', self.max_rad)):
+            pulse_us = self._unlimited_us(angle_rad)
+            if not self.min_us - _ROUNDING_US <= pulse_us <= self.max_us + _ROUNDING_US:
+                raise CalibrationError(
+                    f'{name}: {field} {angle_rad:.3f} rad needs a pulse of {pulse_us:.0f} us, '
+                    f'outside its {self.min_us:.0f}..{self.max_us:.0f} us: calibrate it again')
+
+    def pulse_us(self, angle_rad: float) -> float:
+        """Return the pulse for an angle, within the servo's limits whatever the angle."""
+        angle_rad = min(max(angle_rad, self.min_rad), self.max_rad)
+        return min(max(self._unlimited_us(angle_rad), self.min_us), self.max_us)
+
+    def angle_rad(self, pulse_us: float) -> float:
+        """Return the angle that a pulse turns the joint to."""
+        return self.direction * (pulse_us - self.zero_us) / self.us_per_rad
+
+    def _unlimited_us(self, angle_rad: float) -> float:
+        return self.zero_us + self.direction * self.us_per_rad * angle_rad
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Board and servos of one robot, the servos in the order of `joints.JOINTS`."""
+
+    board: Board
+    servos: tuple[Servo, ...]
+
+    def __post_init__(self) -> None:
+        """Check that every joint has one servo and a channel of its own (CalibrationError)."""
+        joints = [servo.joint for servo in self.servos]
+        if sorted(joints) != sorted(JOINTS):
+            missing = sorted(set(JOINTS) - set(joints))
+            unknown = sorted(set(joints) - set(JOINTS))
+            raise CalibrationError(
+                f'servos: expected each of the {len(JOINTS)} joints once, got {len(joints)}; '
+                f'missing {missing or "none"}, unknown {unknown or "none"}')
+        channels = [servo.channel for servo in self.servos]
+        if len(set(channels)) != len(channels):
+            twice = sorted({c for c in channels if channels.count(c) > 1})
+            raise CalibrationError(f'servos: channel {twice[0]} is used by more than one servo')
+        ordered = sorted(self.servos, key=lambda servo: JOINTS.index(servo.joint))
+        object.__setattr__(self, 'servos', tuple(ordered))
+
+
+def nominal() -> Calibration:
+    """Return what an ideal robot would have: for the emulated one, and to start calibrating."""
+    return Calibration(Board(), tuple(
+        Servo(joint, channel, min_rad=-limit_rad(joint), max_rad=limit_rad(joint))
+        for channel, joint in enumerate(JOINTS)))
+
+
+def load(path: Path) -> Calibration:
+    """
+    Return the calibration in a file.
+
+    Raises
+    ------
+    CalibrationError
+        If the file is missing, cannot be read, has another format or version, a field is missing,
+        unknown or out of range, or the checksum does not fit.
+
+    """
+    try:
+        document = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except FileNotFoundError:
+        raise CalibrationError(f'no calibration file at {path}: {HOW_TO_MAKE}') from None
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise CalibrationError(f'{path} cannot be read ({str(error).splitlines()[0]}): '
+                               f'{HOW_TO_MAKE}') from None
+    try:
+        return _parsed(document)
+    except CalibrationError as error:
+        raise CalibrationError(f'{path}: {error}') from None
+
+
+def save(calibration: Calibration, path: Path) -> None:
+    """Write the file, whole or not at all."""
+    body: dict[str, Any] = {'format': FORMAT, 'version': VERSION,
+                            'board': asdict(calibration.board),
+                            'servos': [asdict(servo) for servo in calibration.servos]}
+    text = yaml.safe_dump({**body, 'checksum': checksum(body)}, sort_keys=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = path.with_name(f'.{path.name}.{os.getpid()}')
+    try:
+        with aside.open('w', encoding='utf-8') as file:
+            file.write(text)
+            file.flush()
+            # The robot's supply may be cut right after saving.
+            os.fsync(file.fileno())
+        os.replace(aside, path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def checksum(body: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of everything in the file but the checksum, as canonical JSON."""
+    return hashlib.sha256(
+        json.dumps(body, sort_keys=True, separators=(',', ':')).encode()).hexdigest()
+
+
+def _parsed(document: Any) -> Calibration:
+    body = dict(_mapping('file', document, ('format', 'version', 'board', 'servos', 'checksum')))
+    if (body['format'], body['version']) != (FORMAT, VERSION):
+        raise CalibrationError(f'expected {FORMAT} version {VERSION}, got {body["format"]!r} '
+                               f'version {body["version"]!r}: {HOW_TO_MAKE}')
+    stated = body.pop('checksum')
+    try:
+        actual = checksum(body)
+    except (TypeError, ValueError):
+        raise CalibrationError(f'expected plain values only: {HOW_TO_MAKE}') from None
+    if stated != actual:
+        raise CalibrationError('the checksum does not fit, so the file was cut short or edited by '
+                               'hand: calibrate again, or check every value and seal it with '
+                               '`ros2 run w2b_hw calibrate --seal`')
+    return _built(body)
+
+
+def seal(path: Path) -> None:
+    """Give a file that was edited by hand a new checksum, if all else in it is in order."""
+    try:
+        document = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise CalibrationError(f'{path}: {str(error).splitlines()[0]}') from None
+    save(_built(dict(_mapping('file', document,
+                              ('format', 'version', 'board', 'servos', 'checksum')))), path)
+
+
+def _built(body: Mapping[str, Any]) -> Calibration:
+    if not isinstance(body['servos'], list):
+        raise CalibrationError(f'servos: expected a list, got {type(body["servos"]).__name__}')
+    board = Board(**_mapping('board', body['board'], _names(Board)))
+    servos = [Servo(**_mapping(f'servos[{n}]', servo, _names(Servo)))
+              for n, servo in enumerate(body['servos'])]
+    return Calibration(board, tuple(servos))
+
+
+def _names(kind: type[Board] | type[Servo]) -> Sequence[str]:
+    return [field.name for field in fields(kind)]
+
+
+def _mapping(where: str, value: Any, names: Sequence[str]) -> Mapping[str, Any]:
+    if not isinstance(value, dict):
+        raise CalibrationError(f'{where}: expected fields, got {type(value).__name__}: '
+                               f'{HOW_TO_MAKE}')
+    if set(value) != set(names):
+        missing = [name for name in names if name not in value]
+        unknown = [str(name) for name in value if name not in names]
+        raise CalibrationError(f'{where}: missing {missing or "none"}, unknown '
+                               f'{unknown or "none"}: {HOW_TO_MAKE}')
+    return value
+
+
+def _expect(where: str, field: str, value: Any, low: float, high: float) -> None:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or not low <= value <= high or not math.isfinite(value):
+        raise CalibrationError(f'{where}: {field}: expected {low:g} to {high:g}, got {value!r}')

@@ -1,0 +1,1 @@
+"""Emulated chips behind an emulated wire: the whole robot without hardware, loaded on request."""

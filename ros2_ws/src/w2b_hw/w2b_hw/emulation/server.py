@@ -1,0 +1,96 @@
+"""
+Emulated chips in a process of their own, reached through a Unix socket.
+
+A process that drives chips can be killed; the chips go on. So they must not live in it when that
+is what is looked at: `emulator PATH` serves them, `transport:=emulated:PATH` uses them.
+
+One JSON object a line each way. `{"transfer": [["w", address, "hex"], ["r", address, count]]}`
+gives `{"got": ["hex"]}` or `{"errno": 121, "message": "..."}`; `{"outputs": true}` gives what the
+pins did, `{"power_on": true}` is a brown-out, `{"held": true}` holds the bus.
+"""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import json
+import os
+import socket
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from w2b_hw.emulation.robot import IMUS, EmulatedRobot
+from w2b_hw.transport import Message, Read, Write
+
+
+class ChipServer:
+    """Serves one emulated robot to any number of clients, one transfer at a time."""
+
+    def __init__(self, path: str, imu: str = 'lsm6dsox') -> None:
+        self.robot = EmulatedRobot(imu)
+        self._held = False
+        self._lock = threading.Lock()
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        Path(path).unlink(missing_ok=True)
+        self._socket.bind(path)
+        os.chmod(path, 0o600)
+        self._socket.listen()
+
+    def serve(self) -> None:
+        """Answer clients until the process ends."""
+        while True:
+            client, _ = self._socket.accept()
+            threading.Thread(target=self._serve_client, args=(client,), daemon=True).start()
+
+    def _serve_client(self, client: socket.socket) -> None:
+        with client, client.makefile('rwb') as stream:
+            for line in stream:
+                with self._lock:
+                    answer = self._answer(json.loads(line))
+                try:
+                    stream.write(json.dumps(answer).encode() + b'\n')
+                    stream.flush()
+                except BrokenPipeError:
+                    return
+
+    def _answer(self, request: dict[str, Any]) -> dict[str, Any]:
+        if 'transfer' in request:
+            try:
+                return {'got': [data.hex() for data in self._transfer(request['transfer'])]}
+            except OSError as error:
+                return {'errno': error.errno, 'message': error.strerror}
+        if 'power_on' in request:
+            self.robot.pca9685.power_on()
+        if 'held' in request:
+            self._held = bool(request['held'])
+        chip, wire = self.robot.pca9685, self.robot.wire
+        return {'outputs': list(chip.history), 'bits': wire.bits, 'transfers': wire.transfers}
+
+    def _transfer(self, encoded: list[list[Any]]) -> list[bytes]:
+        if self._held:
+            raise OSError(errno.ETIMEDOUT, 'the bus is held')
+        messages: Sequence[Message] = [
+            Write(address, bytes.fromhex(rest)) if kind == 'w' else Read(address, rest)
+            for kind, address, rest in encoded]
+        return self.robot.wire.transfer(messages)
+
+
+def main() -> None:
+    """Serve emulated chips."""
+    parser = argparse.ArgumentParser(description='Serve emulated chips on a Unix socket.')
+    parser.add_argument('path', help='path of the socket')
+    parser.add_argument('--imu', choices=IMUS, default='lsm6dsox')
+    arguments, _ = parser.parse_known_args()
+    server = ChipServer(arguments.path, arguments.imu)
+    print(f'emulated chips at {arguments.path}', flush=True)
+    try:
+        server.serve()
+    except KeyboardInterrupt:
+        sys.exit(0)
+
+
+if __name__ == '__main__':
+    main()

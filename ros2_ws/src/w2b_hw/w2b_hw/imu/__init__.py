@@ -1,0 +1,1 @@
+"""The inertial measurement unit: parts, a registry that finds them, and orientation."""

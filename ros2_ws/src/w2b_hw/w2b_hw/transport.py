@@ -1,0 +1,175 @@
+"""
+The wire to the chips: one method, `transfer`, under every driver of this package.
+
+A transfer is a list of I2C messages joined by repeated starts and ended by one stop. It either
+happens whole or raises an OSError with the kernel's error number: 121 (EREMOTEIO), 6 (ENXIO) or
+5 (EIO) for a chip that does not acknowledge, 110 (ETIMEDOUT) for a bus that is held.
+"""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+#: A missing acknowledge, or a lost arbitration: worth another try at once.
+TRANSIENT_ERRNOS = frozenset({errno.EREMOTEIO, errno.EIO, errno.ENXIO, errno.EAGAIN})
+DEFAULT_DEVICE = '/dev/i2c-1'
+EMULATED = 'emulated'
+
+# linux/i2c-dev.h; smbus2 does not name these two.
+_I2C_RETRIES = 0x0701
+_I2C_TIMEOUT = 0x0702
+
+
+class Write(NamedTuple):
+    """An I2C message to a chip."""
+
+    address: int
+    data: bytes
+
+
+class Read(NamedTuple):
+    """An I2C message from a chip."""
+
+    address: int
+    count: int
+
+
+Message = Write | Read
+
+
+class Transport(Protocol):
+    """An I2C bus."""
+
+    def transfer(self, messages: Sequence[Message]) -> list[bytes]:
+        """Send the messages as one transfer; return what each Read got (OSError if it fails)."""
+
+    def close(self) -> None:
+        """Release the bus."""
+
+
+def read_register(transport: Transport, address: int, register: int, count: int = 1) -> bytes:
+    """Return `count` bytes from a chip's register on."""
+    return transport.transfer([Write(address, bytes([register])), Read(address, count)])[0]
+
+
+def write_register(transport: Transport, address: int, register: int, value: int) -> None:
+    """Write one register of a chip."""
+    transport.transfer([Write(address, bytes([register, value]))])
+
+
+class LinuxTransport:
+    """
+    /dev/i2c-N through smbus2: every transfer is one I2C_RDWR ioctl, which the kernel finishes.
+
+    Parameters
+    ----------
+    device
+        Path of the character device.
+    timeout_ms
+        How long a held bus may block one transfer. The kernel's own default is a second, which
+        is 20 frames. Rounded up to the kernel's unit of 10 ms.
+
+    Raises
+    ------
+    OSError
+        If the device cannot be opened.
+
+    """
+
+    def __init__(self, device: str = DEFAULT_DEVICE, timeout_ms: int = 10) -> None:
+        # Imported here: code that talks to emulated chips needs no smbus2.
+        from fcntl import ioctl
+
+        from smbus2 import SMBus, i2c_msg
+
+        self._message = i2c_msg
+        self._bus = SMBus(device)
+        ioctl(self._bus.fd, _I2C_TIMEOUT, -(-timeout_ms // 10))
+        # Retries are counted by the frame's budget, not hidden in the kernel.
+        ioctl(self._bus.fd, _I2C_RETRIES, 0)
+
+    def transfer(self, messages: Sequence[Message]) -> list[bytes]:
+        """Send the messages as one ioctl; return what each Read got (OSError if it fails)."""
+        sent = [self._message.write(message.address, message.data) if isinstance(message, Write)
+                else self._message.read(message.address, message.count) for message in messages]
+        self._bus.i2c_rdwr(*sent)
+        return [bytes(got) for got, message in zip(sent, messages, strict=True)
+                if isinstance(message, Read)]
+
+    def close(self) -> None:
+        """Close the device."""
+        self._bus.close()
+
+
+class FrameBudget:
+    """
+    A transport that tries again, but only so often in one frame.
+
+    A spike on the wire must not end a walk, and a dead wire must not eat the frame: at most
+    `retries` further tries are made between two calls of `begin_frame`, whoever needs them. A held
+    bus (errno 110) is never tried again in the same frame: after it, every transfer of the frame
+    fails at once with the same error.
+    """
+
+    def __init__(self, transport: Transport, retries: int = 2) -> None:
+        self._transport = transport
+        self._retries = retries
+        self._left = retries
+        self._held = False
+        #: Transfers that were repeated since the start, for diagnostics.
+        self.retried = 0
+
+    def begin_frame(self) -> None:
+        """Start a frame: the budget is full again."""
+        self._left = self._retries
+        self._held = False
+
+    def transfer(self, messages: Sequence[Message]) -> list[bytes]:
+        """Send the messages, repeating within the budget; OSError when that is used up."""
+        if self._held:
+            raise OSError(errno.ETIMEDOUT, 'the bus is held; not tried again in this frame')
+        while True:
+            try:
+                return self._transport.transfer(messages)
+            except OSError as error:
+                self._held = error.errno == errno.ETIMEDOUT
+                if error.errno not in TRANSIENT_ERRNOS or self._left == 0:
+                    raise
+                self._left -= 1
+                self.retried += 1
+
+    def close(self) -> None:
+        """Release the bus."""
+        self._transport.close()
+
+
+def open_transport(name: str = DEFAULT_DEVICE) -> Transport:
+    """
+    Return the bus of this name.
+
+    `/dev/i2c-1`: the kernel's bus (the default). `emulated`: emulated chips in this process.
+    `emulated:PATH`: emulated chips in the process that serves the Unix socket PATH.
+
+    Raises
+    ------
+    OSError
+        If the device or socket cannot be opened.
+    ValueError
+        If the name is of no such form.
+
+    """
+    kind, _, path = name.partition(':')
+    if kind == EMULATED:
+        if path:
+            from w2b_hw.emulation.client import SocketTransport
+
+            return SocketTransport(path)
+        from w2b_hw.emulation.robot import EmulatedRobot
+
+        return EmulatedRobot().wire
+    if name.startswith('/'):
+        return LinuxTransport(name)
+    raise ValueError(f'transport: expected {DEFAULT_DEVICE}, {EMULATED} or {EMULATED}:SOCKET, '
+                     f'got {name!r}')
