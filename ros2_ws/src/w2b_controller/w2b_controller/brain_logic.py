@@ -77,7 +77,7 @@ class Brain:
         answer, signal = self._ear.hear(text)
         if signal is not None:
             self._state = neural.prime(self.controller.network, signal)
-            self._doing = f'following {answer.heard!r}'
+            self._doing = f'following {answer.values["words"]!r}'
         return answer
 
     def refuse(self, text: str, reason: str) -> Answer:

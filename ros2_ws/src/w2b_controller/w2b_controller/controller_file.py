@@ -28,7 +28,7 @@ from w2b_controller.controller_json import ControllerFileError, Fields, Text, ex
 from w2b_controller.network import Network
 
 __all__ = ['BEHAVIOURS', 'BODIES', 'Controller', 'ControllerFileError', 'Motor', 'TrainedWord',
-           'dumps', 'load', 'loads', 'save', 'shipped', 'shipped_names', 'vector_sha256']
+           'dumps', 'load', 'loads', 'resolve', 'save', 'shipped', 'shipped_names', 'vector_sha256']
 
 FORMAT = 'w2b-controller'
 VERSION = 1
@@ -174,6 +174,21 @@ def shipped(name: str) -> Path:
     """Return the file of the shipped controller `name` (ControllerFileError if there is none)."""
     expect(name in shipped_names(), 'controller', f'one of {", ".join(shipped_names())}', name)
     return _shipped_folder() / f'{name}.json'
+
+
+def resolve(name_or_path: str) -> Path:
+    """
+    Return the file that a user means: a path if it looks like one, else a shipped controller.
+
+    Raises
+    ------
+    ControllerFileError
+        If no shipped controller has this name.
+
+    """
+    if '/' in name_or_path or name_or_path.endswith('.json'):
+        return Path(name_or_path)
+    return shipped(name_or_path)
 
 
 def _shipped_folder() -> Path:
