@@ -61,7 +61,7 @@ def test_the_first_motor_command_is_the_middle_of_each_joint(signals):
     simulation = PyBulletSimulation(QUADRUPED, SHORT)
     log = rollout(simulation, QUADRUPED, one(random_networks(1), 0), signals[0], 4)
     simulation.close()
-    np.testing.assert_allclose(log.joint_position_rad[:2], 0, atol=1e-9)
+    np.testing.assert_allclose(log.joint_position_rad[:2], 0, atol=1e-4)
     assert np.abs(log.joint_position_rad[2]).max() > 1e-3
 
 
@@ -73,8 +73,8 @@ def test_an_evaluation_repeats_itself_bit_for_bit_after_a_reset(signals):
         logs.append(rollout(simulation, QUADRUPED, one(random_networks(1), 0), signals[0], 40))
     other = PyBulletSimulation(QUADRUPED, SHORT)
     logs.append(rollout(other, QUADRUPED, one(random_networks(1), 0), signals[0], 40))
-    for simulation in (simulation, other):
-        simulation.close()
+    simulation.close()
+    other.close()
     for log in logs[1:]:
         np.testing.assert_array_equal(log.position_m, logs[0].position_m)
         np.testing.assert_array_equal(log.touching, logs[0].touching)
