@@ -10,14 +10,14 @@ setup(
     name=package_name,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
-    package_data={package_name: ['controllers/*.json', 'vocabularies/*']},
+    package_data={package_name: ['controllers/*.json', 'vocabularies/*', 'vocabularies/*/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),
         (f'share/{package_name}/config', glob('config/*')),
         (f'share/{package_name}/launch', glob('launch/*.launch.py')),
     ],
-    install_requires=['setuptools', 'numpy', 'gensim', 'rich'],
+    install_requires=['setuptools', 'numpy', 'gensim', 'rapidfuzz', 'rich'],
     zip_safe=False,
     maintainer='the w2b maintainers',
     maintainer_email='w2b@users.noreply.github.com',
@@ -27,7 +27,7 @@ setup(
         'console_scripts': [
             'brain = w2b_controller.brain:main',
             'say = w2b_controller.say:main',
-            'vocabulary = w2b_controller.vocabulary_install:main',
+            'vocabulary = w2b_controller.vocabulary.command:main',
         ],
     },
 )
