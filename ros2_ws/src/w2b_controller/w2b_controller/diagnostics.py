@@ -15,7 +15,7 @@ from w2b_controller.status import Level, Status
 CHECK_S = 0.1
 PERIOD_S = 1.0
 #: Between two lines of the log about the same part, unless it got worse.
-LOG_S = 2.0
+LOG_S = 1.0
 
 
 class DiagnosticsReporter:

@@ -1,0 +1,65 @@
+"""Installs the packages once with colcon, and gives every test a ROS domain of its own."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip('rclpy', reason='no ROS 2: make setup installs it')
+
+from tests.ros.harness import System
+
+SOURCES = Path(__file__).resolve().parents[2] / 'ros2_ws' / 'src'
+
+
+@pytest.fixture(scope='session')
+def installed(tmp_path_factory) -> Path:
+    """The folder into which colcon installed the packages."""
+    folder = tmp_path_factory.mktemp('colcon')
+    environment = {**os.environ}
+    # ROS 2 from PyPI lives in the virtual environment.
+    environment.setdefault('AMENT_PREFIX_PATH', sys.prefix)
+    subprocess.run(
+        [sys.executable, '-m', 'colcon', '--log-base', str(folder / 'log'), 'build',
+         '--base-paths', str(SOURCES), '--build-base', str(folder / 'build'),
+         '--install-base', str(folder / 'install'),
+         '--packages-select', 'w2b_controller', 'w2b_sim'],
+        cwd=folder, env=environment, check=True, capture_output=True, timeout=120)
+    return folder / 'install'
+
+
+@pytest.fixture(scope='session')
+def environment(installed) -> dict[str, str]:
+    """The environment after `. install/setup.bash`, with quick discovery on this machine only."""
+    base = {**os.environ}
+    base.setdefault('AMENT_PREFIX_PATH', sys.prefix)
+    # The packages under test are the installed ones, not the sources.
+    base.pop('PYTHONPATH', None)
+    output = subprocess.run(
+        ['bash', '-c', '. "$0/setup.bash" && env -0', str(installed)], env=base, check=True,
+        capture_output=True, timeout=60).stdout.decode()
+    sourced = dict(item.split('=', 1) for item in output.split('\0') if '=' in item)
+    profile = installed / 'w2b_controller' / 'share' / 'w2b_controller' / 'config' / \
+        'quick_discovery.xml'
+    return {**sourced, 'W2B_INSTALL': str(installed), 'PYTHONUNBUFFERED': '1',
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+            'FASTRTPS_DEFAULT_PROFILES_FILE': str(profile)}
+
+
+@pytest.fixture
+def system(environment, tmp_path):
+    """A ROS domain with nothing in it yet but the test's client."""
+    system = System(environment, tmp_path)
+    yield system
+    system.close()
+
+
+@pytest.fixture
+def walking(system):
+    """A paused sim at its start and a brain that listens."""
+    system.start('sim', paused=True)
+    system.start('brain')
+    system.wait_for_brain()
+    return system

@@ -1,0 +1,223 @@
+"""Real processes in a ROS domain of their own, and a client that watches and disturbs them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from nav_msgs.msg import Odometry
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from demo.ros_session import free_domain
+from w2b_controller.ros_messages import stamp_ns
+from w2b_controller.say import values_of
+
+DEADLINE_S = 20.0
+EVERYTHING = QoSProfile(depth=5000)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Process:
+    """An installed executable that runs; its output goes to a file."""
+
+    def __init__(self, path: Path, arguments: list[str], environment: Mapping[str, str],
+                 log: Path) -> None:
+        self.name = path.name
+        self._log = log
+        with log.open('wb') as output:
+            self._popen = subprocess.Popen([str(path), *arguments], env=environment,
+                                           stdout=output, stderr=subprocess.STDOUT)
+        self.killed = False
+
+    @property
+    def log(self) -> str:
+        return self._log.read_text(errors='replace')
+
+    @property
+    def exit_code(self) -> int | None:
+        return self._popen.poll()
+
+    def send(self, number: signal.Signals) -> None:
+        self._popen.send_signal(number)
+
+    def kill(self) -> None:
+        """End it as the kernel does when memory runs out: nothing is said to anybody."""
+        self.killed = True
+        self._popen.kill()
+        self._popen.wait()
+
+    def wait(self, deadline_s: float = DEADLINE_S) -> int:
+        return self._popen.wait(deadline_s)
+
+    def stop(self) -> int:
+        """End it with Ctrl-C; return the exit code."""
+        if self.exit_code is None:
+            self.send(signal.SIGINT)
+        return self.wait()
+
+
+class System:
+    """A ROS domain with the processes of one test, and what its client saw of them."""
+
+    def __init__(self, environment: Mapping[str, str], folder: Path) -> None:
+        self._environment = {**environment, 'ROS_DOMAIN_ID': str(free_domain())}
+        self._folder = folder
+        self.processes: list[Process] = []
+        self._context = Context()
+        # The middleware of this process reads the same variables as the others.
+        os.environ.update({name: self._environment[name] for name in (
+            'ROS_AUTOMATIC_DISCOVERY_RANGE', 'FASTRTPS_DEFAULT_PROFILES_FILE')})
+        rclpy.init(context=self._context, domain_id=int(self._environment['ROS_DOMAIN_ID']),
+                   signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node('test_client', context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self.positions_m: dict[int, list[float]] = {}
+        self.targets_rad: dict[int, dict[str, float]] = {}
+        self.target_count = 0
+        self.answers: list[DiagnosticStatus] = []
+        self.statuses: dict[str, DiagnosticStatus] = {}
+        self.status_history: list[DiagnosticStatus] = []
+        node = self.node
+        node.create_subscription(Odometry, 'odom', self._on_odometry, EVERYTHING)
+        node.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, EVERYTHING)
+        node.create_subscription(DiagnosticStatus, 'command_answer', self.answers.append, LATCHED)
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, EVERYTHING)
+
+    def _on_odometry(self, message: Odometry) -> None:
+        point = message.pose.pose.position
+        self.positions_m[stamp_ns(message.header.stamp)] = [point.x, point.y, point.z]
+
+    def _on_targets(self, message: JointTrajectory) -> None:
+        self.target_count += 1
+        self.targets_rad[stamp_ns(message.header.stamp)] = dict(
+            zip(message.joint_names, message.points[0].positions, strict=False)
+            if message.points else ())
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.statuses[status.name] = status
+            self.status_history.append(status)
+
+    def start(self, executable: str, *arguments: str, **parameters: object) -> Process:
+        """Start an installed node with ROS parameters."""
+        package = 'w2b_sim' if executable == 'sim' else 'w2b_controller'
+        path = Path(self._environment['W2B_INSTALL']) / package / 'lib' / package / executable
+        ros = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
+        process = Process(path, [*arguments, *(['--ros-args', *ros] if ros else [])],
+                          self._environment, self._folder / f'{len(self.processes)}.log')
+        self.processes.append(process)
+        return process
+
+    def wait(self, condition: Callable[[], Any], what: str, deadline_s: float = DEADLINE_S) -> Any:
+        """Spin until the condition is true, and return it; fail with the logs if it never is."""
+        end_s = time.monotonic() + deadline_s
+        while not (result := condition()):
+            if time.monotonic() > end_s:
+                raise AssertionError(f'waited {deadline_s:g} s for {what}\n{self.logs()}')
+            self._executor.spin_once(timeout_sec=0.05)
+        return result
+
+    def spin_for_frames(self, count: int) -> None:
+        """Spin until so many more frames were seen."""
+        before = len(self.positions_m)
+        self.wait(lambda: len(self.positions_m) >= before + count, f'{count} more frames')
+
+    def logs(self) -> str:
+        return '\n'.join(f'--- {process.name} (exit code {process.exit_code})\n{process.log}'
+                         for process in self.processes)
+
+    def call(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service."""
+        client = self.node.create_client(kind, name)
+        try:
+            self.wait(client.service_is_ready, f'service {name}')
+            future = client.call_async(request)
+            self.wait(future.done, f'the answer of {name}')
+            return future.result()
+        finally:
+            self.node.destroy_client(client)
+
+    def pause(self, paused: bool) -> None:
+        assert self.call(SetBool, 'sim/pause', SetBool.Request(data=paused)).success
+
+    def reset(self) -> int:
+        """Put the robot back to its start; return the stamp of its first frame."""
+        response = self.call(Trigger, 'sim/reset', Trigger.Request())
+        assert response.success
+        return round(float(response.message.split()[-1]) * 1e9)
+
+    def transition(self, label: str) -> bool:
+        """Ask the brain for a transition; return whether it succeeded."""
+        request = ChangeState.Request(transition=Transition(label=label))
+        return bool(self.call(ChangeState, 'brain/change_state', request).success)
+
+    def brain_state(self) -> str:
+        return str(self.call(GetState, 'brain/get_state', GetState.Request()).current_state.label)
+
+    def say(self, *words: str) -> Process:
+        """Run `say`; return the ended process."""
+        process = self.start('say', *words)
+        self.wait(lambda: process.exit_code is not None, f'the end of say {words}')
+        return process
+
+    def wait_for_brain(self) -> None:
+        """Wait until a brain listens."""
+        self.wait(lambda: self.answers, 'an active brain')
+
+    def wait_for_status(self, name: str, level: int, text: str = '') -> DiagnosticStatus:
+        """Wait for a status of this level with this text in its message."""
+        def matches() -> DiagnosticStatus | None:
+            status = self.statuses.get(name)
+            return status if (status is not None and status.level[0] == level
+                              and text in status.message) else None
+        try:
+            status: DiagnosticStatus = self.wait(matches, f'{name} at level {level}: {text!r}')
+        except AssertionError as error:
+            raise AssertionError(f'{error}\nlast: {self.statuses.get(name)}') from None
+        return status
+
+    def last_answer(self) -> tuple[int, str, dict[str, str]]:
+        """Level, message and values of the last answer to a command."""
+        answer = self.answers[-1]
+        return answer.level[0], answer.message, values_of(answer)
+
+    def close(self) -> None:
+        """End everything; fail if something did not end in order."""
+        codes = []
+        for process in self.processes:
+            try:
+                codes.append(process.stop())
+            except subprocess.TimeoutExpired:
+                process.kill()
+                codes.append('did not end')
+        self._executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+        for process, code in zip(self.processes, codes, strict=True):
+            assert 'Traceback' not in process.log, self.logs()
+            if not process.killed and process.name in ('brain', 'sim') and \
+                    not getattr(process, 'may_fail', False):
+                assert code == 0, f'{process.name} ended with {code}\n{self.logs()}'
+
+
+def joint_states(names: list[str], positions: list[float], stamp: Any) -> JointState:
+    message = JointState(name=names, position=positions)
+    message.header.stamp = stamp
+    return message

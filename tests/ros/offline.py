@@ -1,0 +1,42 @@
+"""The offline evaluation that a ROS run in lockstep has to repeat."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from w2b_controller import controller_file
+from w2b_controller.vocabulary import Vocabulary
+from w2b_sim import bodies
+from w2b_sim.engines.pybullet_engine import PyBulletSimulation
+from w2b_sim.rollout import rollout
+from w2b_sim.worlds import WORLDS
+
+STEPS = 500
+CONTROLLER = controller_file.load(controller_file.resolve('quadruped'))
+BODY = bodies.get(CONTROLLER.body)
+JOINTS = [joint.name for joint in BODY.joints]
+FEET = [sensor.removeprefix('touch:') for sensor in BODY.sensors]
+
+
+@cache
+def offline_positions_m(text: str) -> np.ndarray:
+    """Return the positions (500, 3) of the shipped quadruped's base under a command."""
+    simulation = PyBulletSimulation(BODY, WORLDS[BODY.world])
+    try:
+        return rollout(simulation, BODY, CONTROLLER.network,
+                       Vocabulary.load().phrase(text).signal, STEPS).position_m
+    finally:
+        simulation.close()
+
+
+def assert_repeats(system, first_stamp_ns: int, text: str) -> None:
+    """Assert that what the client saw since a stamp is the offline evaluation to 1e-9 m."""
+    period_ns = round(CONTROLLER.period_s * 1e9)
+    stamps = [first_stamp_ns + number * period_ns for number in range(STEPS)]
+    system.wait(lambda: stamps[-1] in system.positions_m, f'frame {STEPS}', deadline_s=60.0)
+    seen = np.array([system.positions_m[stamp] for stamp in stamps])
+    expected = offline_positions_m(text)
+    assert np.linalg.norm(expected[-1] - expected[0]) < 20.0
+    assert np.abs(seen - expected).max() < 1e-9

@@ -1,0 +1,138 @@
+"""The brain's lifecycle, its parameters, and how it ends."""
+
+import signal
+from pathlib import Path
+
+import pytest
+import yaml
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
+
+from tests.ros.offline import STEPS
+
+
+def test_walking_through_the_lifecycle(system):
+    system.start('sim')
+    brain = system.start('brain', autostart=False)
+    assert system.brain_state() == 'unconfigured'
+    assert not system.transition('activate'), 'not configured yet'
+    assert system.transition('configure')
+    assert system.brain_state() == 'inactive'
+    system.wait_for_status('brain: frames', 1, 'inactive')
+    assert system.node.count_publishers('joint_trajectory') == 0
+    assert system.target_count == 0
+
+    assert system.transition('activate')
+    assert system.brain_state() == 'active'
+    system.spin_for_frames(10)
+    assert system.say('forward').exit_code == 0
+    assert not system.transition('configure'), 'already active'
+
+    assert system.transition('deactivate')
+    system.wait(lambda: system.node.count_publishers('joint_trajectory') == 0, 'silence')
+    frozen = max(system.positions_m)
+    system.wait_for_status('sim: targets', 1, 'no targets')
+    assert max(system.positions_m) <= frozen + 50_000_000
+
+    system.answers.clear()
+    assert system.transition('activate')
+    system.wait_for_brain()
+    system.wait_for_status('brain: command', 0, 'standing: no command yet')
+    system.spin_for_frames(10)
+    assert system.transition('deactivate')
+    assert system.transition('cleanup')
+    assert system.brain_state() == 'unconfigured'
+    assert system.transition('configure')
+    assert system.transition('shutdown')
+    assert brain.wait() == 0
+
+
+def test_requests_for_impossible_transitions_are_refused_and_survived(walking):
+    for label in ('configure', 'activate', 'cleanup', 'no such transition'):
+        assert not walking.transition(label)
+    assert walking.brain_state() == 'active'
+
+
+@pytest.mark.parametrize('signals', [
+    [signal.SIGINT], [signal.SIGTERM], [signal.SIGINT, signal.SIGINT],
+    [signal.SIGTERM, signal.SIGINT]], ids=lambda signals: '+'.join(s.name for s in signals))
+def test_brain_and_sim_end_cleanly(walking, signals):
+    walking.pause(False)
+    walking.say('forward')
+    walking.spin_for_frames(10)
+    brain, sim = (process for process in walking.processes if process.name in ('brain', 'sim'))
+    for process in (brain, sim):
+        for number in signals:
+            process.send(number)
+    assert brain.wait() == 0
+    assert sim.wait() == 0
+    assert 'Traceback' not in walking.logs()
+
+
+@pytest.mark.parametrize(('parameters', 'reason'), [
+    ({'controller': '/no/such/file.json'}, 'no such file'),
+    ({'controller': 'elephant'}, 'quadruped'),
+    ({'vocabulary': '/no/such/words.bin'}, 'vocabulary install'),
+    ({'frame_timeout': -1.0}, 'frame_timeout'),
+    ({'frame_timeout': '"soon"'}, 'frame_timeout'),
+    ({'command_topic': '"not a topic"'}, 'not a topic'),
+    ({'joint_states_topic': '""'}, 'joint_states_topic'),
+], ids=lambda value: '-'.join(value) if isinstance(value, dict) else None)
+def test_a_bad_parameter_ends_the_brain_with_one_line(system, parameters, reason):
+    brain = system.start('brain', **parameters)
+    brain.may_fail = True
+    assert brain.wait() == 1
+    assert reason in brain.log
+    errors = [line for line in brain.log.splitlines() if 'rror' in line.lower()]
+    assert len(errors) == 1, brain.log
+
+
+@pytest.mark.parametrize(('parameters', 'reason'), [
+    ({'body': 'elephant'}, 'quadruped'),
+    ({'world': 'moon'}, 'paper'),
+    ({'pause_after': -1}, 'pause_after'),
+    ({'real_time_factor': -1.0}, 'real_time_factor'),
+], ids=lambda value: '-'.join(value) if isinstance(value, dict) else None)
+def test_a_bad_parameter_ends_the_sim_with_one_line(system, parameters, reason):
+    sim = system.start('sim', **parameters)
+    sim.may_fail = True
+    assert sim.wait() == 1
+    assert reason in sim.log
+    assert len([line for line in sim.log.splitlines() if 'error' in line.lower()]) == 1, sim.log
+
+
+def test_a_damaged_controller_refuses_to_configure_and_a_good_one_then_does(system, tmp_path):
+    damaged = tmp_path / 'damaged.json'
+    damaged.write_bytes(b'\xff\xfe not a controller')
+    brain = system.start('brain', autostart=False, controller=damaged)
+    assert not system.transition('configure')
+    assert system.brain_state() == 'unconfigured'
+    assert 'UTF-8' in brain.log
+    from w2b_controller import controller_file
+    damaged.write_bytes(controller_file.shipped('quadruped').read_bytes())
+    assert system.transition('configure')
+
+
+@pytest.mark.parametrize(('node', 'package'), [('brain', 'w2b_controller'), ('sim', 'w2b_sim')])
+def test_the_parameter_file_holds_every_parameter_with_its_default(system, installed, node,
+                                                                   package):
+    system.start(node)
+    names = [name for name in system.call(
+        ListParameters, f'{node}/list_parameters', ListParameters.Request()).result.names
+        if name != 'use_sim_time' and not name.startswith('start_type_description')]
+    file = installed / package / 'share' / package / 'config' / f'{node}.yaml'
+    written = yaml.safe_load(Path(file).read_text())['/**']['ros__parameters']
+    assert set(written) == set(names)
+    described = system.call(DescribeParameters, f'{node}/describe_parameters',
+                            DescribeParameters.Request(names=names)).descriptors
+    assert all(descriptor.description for descriptor in described)
+    values = system.call(GetParameters, f'{node}/get_parameters',
+                         GetParameters.Request(names=names)).values
+    from rclpy.parameter import parameter_value_to_python
+    assert {name: parameter_value_to_python(value)
+            for name, value in zip(names, values, strict=True)} == written
+
+
+def test_topics_can_be_renamed(system):
+    system.start('sim', '--ros-args', '-r', 'joint_states:=measured', '-r', 'contacts:=feet')
+    system.start('brain', joint_states_topic='measured', contacts_topic='feet')
+    system.spin_for_frames(STEPS // 10)

@@ -1,0 +1,64 @@
+"""`say`: waits for the brain's answer, and exits with what became of the word."""
+
+import json
+import signal
+
+
+def test_an_accepted_word_exits_with_0_and_prints_the_answer(walking):
+    said = walking.say('Forward!')
+    assert said.exit_code == 0
+    assert "following 'forward'" in said.log
+    assert 'nearest in meaning: forward: forward 1.00' in said.log
+
+
+def test_an_unknown_word_exits_with_1_and_the_nearest_spellings(walking):
+    said = walking.say('forwrad')
+    assert said.exit_code == 1
+    assert "'forwrad'" in said.log
+    assert "'forward'" in said.log
+
+
+def test_json_is_one_line_for_programs(walking):
+    said = walking.say('--json', 'halt')
+    assert said.exit_code == 0
+    answer = json.loads(said.log)
+    assert answer['level'] == 0
+    assert answer['words'] == 'halt'
+    assert answer['hardware_id'] == 'quadruped'
+    refused = walking.say('--json', 'qwxzv')
+    assert refused.exit_code == 1
+    assert json.loads(refused.log)['level'] == 2
+
+
+def test_an_empty_word_is_refused(walking):
+    said = walking.say('')
+    assert said.exit_code == 1
+    assert 'empty command' in said.log
+
+
+def test_without_a_brain_it_says_what_to_start(system):
+    said = system.say('forward', '--timeout', '0.5')
+    assert said.exit_code == 2
+    assert said.log.count('\n') == 1
+    assert 'ros2 run w2b_controller brain' in said.log
+
+
+def test_an_inactive_brain_does_not_listen(system):
+    system.start('brain', autostart=False)
+    assert system.brain_state() == 'unconfigured'
+    said = system.say('forward', '--timeout', '0.5')
+    assert said.exit_code == 2
+
+
+def test_it_can_be_interrupted(system):
+    said = system.start('say', 'forward', '--timeout', '60')
+    system.wait(lambda: system.node.count_publishers('command'), 'say at work')
+    said.send(signal.SIGINT)
+    assert said.wait() == 2
+    assert 'interrupted' in said.log
+
+
+def test_usage_error(system):
+    said = system.say()
+    assert said.exit_code == 2
+    assert 'usage: say' in said.log
