@@ -17,7 +17,6 @@ from w2b_hw.relax import (
     ALL_LED_OFF_H,
     LED0_ON_L,
     MODE1,
-    MODE2,
     MODE2_ON_STOP,
     PRE_SCALE,
     all_channels_off,

@@ -33,7 +33,7 @@ class Read(NamedTuple):
     """An I2C message from a chip."""
 
     address: int
-    count: int
+    length: int
 
 
 Message = Write | Read
@@ -86,14 +86,16 @@ class LinuxTransport:
 
         self._message = i2c_msg
         self._bus = SMBus(device)
-        ioctl(self._bus.fd, _I2C_TIMEOUT, -(-timeout_ms // 10))
+        descriptor = self._bus.fd
+        assert descriptor is not None
+        ioctl(descriptor, _I2C_TIMEOUT, -(-timeout_ms // 10))
         # Retries are counted by the frame's budget, not hidden in the kernel.
-        ioctl(self._bus.fd, _I2C_RETRIES, 0)
+        ioctl(descriptor, _I2C_RETRIES, 0)
 
     def transfer(self, messages: Sequence[Message]) -> list[bytes]:
         """Send the messages as one ioctl; return what each Read got (OSError if it fails)."""
         sent = [self._message.write(message.address, message.data) if isinstance(message, Write)
-                else self._message.read(message.address, message.count) for message in messages]
+                else self._message.read(message.address, message.length) for message in messages]
         self._bus.i2c_rdwr(*sent)
         return [bytes(got) for got, message in zip(sent, messages, strict=True)
                 if isinstance(message, Read)]

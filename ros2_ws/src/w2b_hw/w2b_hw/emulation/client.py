@@ -37,7 +37,7 @@ class SocketTransport:
     def transfer(self, messages: Sequence[Message]) -> list[bytes]:
         """Send the messages; return what each Read got (OSError if it fails)."""
         encoded = [['w', message.address, message.data.hex()] if isinstance(message, Write)
-                   else ['r', message.address, message.count] for message in messages]
+                   else ['r', message.address, message.length] for message in messages]
         answer = self.request({'transfer': encoded})
         if 'errno' in answer:
             raise OSError(answer['errno'], answer['message'])

@@ -65,11 +65,12 @@ class Wire:
             if chip not in addressed:
                 addressed.append(chip)
         if not isinstance(message, Write):
-            self.bits += 9 * message.count
-            return bytes(chips[0].read() for _ in range(message.count))
+            self.bits += 9 * message.length
+            return bytes(chips[0].read() for _ in range(message.length))
         for byte in message.data:
             self.bits += 9
-            if not any([chip.write(byte) for chip in chips]):
+            acknowledged = [chip.write(byte) for chip in chips]
+            if not any(acknowledged):
                 raise OSError(errno.EREMOTEIO, f'0x{message.address:02x} did not acknowledge '
                                                f'byte 0x{byte:02x}')
         return None

@@ -14,7 +14,7 @@ _CONVENTION = imufusion.CONVENTION_ENU
 _GAIN = 0.5
 _REJECTION_DEG = 10.0
 _REJECTION_TIMEOUT_S = 5.0
-#: Roll and pitch against gravity, and yaw against the magnetic field: typical of such parts, (rad)^2.
+#: Roll and pitch against gravity, yaw against the magnetic field: typical of such parts, rad^2.
 TILT_VARIANCE = radians(2.0) ** 2
 HEADING_VARIANCE = radians(10.0) ** 2
 #: Yaw without a magnetometer drifts without bound.

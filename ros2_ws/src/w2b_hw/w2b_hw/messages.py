@@ -1,0 +1,132 @@
+"""From a robot's report to ROS messages: nothing is decided here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
+
+from w2b_controller.status import Level, Status
+from w2b_hw.imu.orientation import TILT_VARIANCE
+from w2b_hw.imu.part import Part, Sample
+from w2b_hw.joints import JOINTS
+from w2b_hw.robot import Report
+from w2b_hw.safety import State
+
+#: REP-145: element 0 of a covariance is -1 for what is not reported.
+NOT_REPORTED = -1.0
+
+
+def time_message(stamp_ns: int) -> Time:
+    """Return a stamp as a message."""
+    seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
+    return Time(sec=seconds, nanosec=nanoseconds)
+
+
+def joint_states(report: Report, stamp: Time) -> JointState:
+    """Return what was really commanded; the park pose while the servos are off."""
+    message = JointState(name=list(JOINTS), position=list(report.position_rad),
+                         velocity=list(report.velocity_rad_s))
+    message.header.stamp = stamp
+    return message
+
+
+def pulses(report: Report, stamp: Time) -> JointState:
+    """Return the pulses at the servos as a named vector: `position` in seconds, 0 for off."""
+    message = JointState(name=list(JOINTS), position=[us * 1e-6 for us in report.pulses_us])
+    message.header.stamp = stamp
+    return message
+
+
+def imu_raw(sample: Sample, part: type[Part], frame_id: str, stamp: Time) -> Imu:
+    """Return what the IMU measured; it reports no orientation."""
+    message = Imu()
+    message.header.stamp = stamp
+    message.header.frame_id = frame_id
+    message.orientation_covariance[0] = NOT_REPORTED
+    rate, force = message.angular_velocity, message.linear_acceleration
+    rate.x, rate.y, rate.z = sample.angular_velocity_rad_s
+    force.x, force.y, force.z = sample.acceleration_m_s2
+    message.angular_velocity_covariance = _diagonal([part.angular_velocity_variance] * 3)
+    message.linear_acceleration_covariance = _diagonal([part.acceleration_variance] * 3)
+    return message
+
+
+def imu_data(raw: Imu, orientation: Sequence[float], yaw_variance: float) -> Imu:
+    """Return the raw message with an orientation (x, y, z, w)."""
+    message = Imu(header=raw.header, angular_velocity=raw.angular_velocity,
+                  angular_velocity_covariance=raw.angular_velocity_covariance,
+                  linear_acceleration=raw.linear_acceleration,
+                  linear_acceleration_covariance=raw.linear_acceleration_covariance)
+    turn = message.orientation
+    turn.x, turn.y, turn.z, turn.w = orientation
+    message.orientation_covariance = _diagonal([TILT_VARIANCE, TILT_VARIANCE, yaw_variance])
+    return message
+
+
+def magnetic_field(field_t: Sequence[float], part: type[Part], frame_id: str, stamp: Time
+                   ) -> MagneticField:
+    """Return the magnetic field; a covariance of zeros is an unknown one (REP-145)."""
+    message = MagneticField()
+    message.header.stamp = stamp
+    message.header.frame_id = frame_id
+    field = message.magnetic_field
+    field.x, field.y, field.z = field_t
+    message.magnetic_field_covariance = _diagonal([part.field_variance] * 3)
+    return message
+
+
+def battery(report: Report, stamp: Time) -> BatteryState:
+    """Return the supply: only whether it is too low is known; numbers are not (NaN)."""
+    unknown = float('nan')
+    health = {None: BatteryState.POWER_SUPPLY_HEALTH_UNKNOWN,
+              False: BatteryState.POWER_SUPPLY_HEALTH_GOOD,
+              True: BatteryState.POWER_SUPPLY_HEALTH_UNSPEC_FAILURE}[report.undervoltage]
+    message = BatteryState(voltage=unknown, temperature=unknown, current=unknown, charge=unknown,
+                           capacity=unknown, design_capacity=unknown, percentage=unknown,
+                           power_supply_health=health, present=True)
+    message.header.stamp = stamp
+    return message
+
+
+def statuses(report: Report, *, imu: str, targets: Mapping[str, str], refusal: str,
+             frames: Mapping[str, str]) -> list[Status]:
+    """Return the state of each part, named `hardware: part` (REP-107)."""
+    levels = {State.FAULT: Level.ERROR, State.HOLD: Level.WARN, State.PARK: Level.WARN}
+    off = report.off_confirmed or any(report.pulses_us)
+    supply = {None: (Level.OK, 'no undervoltage sensor on this machine'),
+              False: (Level.OK, 'supply in order'),
+              True: (Level.ERROR, 'undervoltage')}[report.undervoltage]
+    return [
+        Status(levels.get(report.state, Level.OK) if off else Level.ERROR, 'hardware: safety',
+               f'{report.state.value}: {report.reason}',
+               {'state': report.state.value, 'off_confirmed': str(report.off_confirmed),
+                'duty_used_s': f'{report.duty_used_s:.0f}'}),
+        Status(Level.ERROR if report.bus_error else Level.OK, 'hardware: servos',
+               report.bus_error or 'servo chip in order', {'retries': str(report.retried)}),
+        Status(Level.ERROR if report.imu_error else Level.OK, 'hardware: imu',
+               report.imu_error or f'{imu} in order'),
+        Status(supply[0], 'hardware: power', supply[1]),
+        Status(Level.WARN if refusal else Level.OK, 'hardware: targets',
+               refusal or 'no target was refused lately', targets),
+        Status(Level.OK, 'hardware: frames', 'frames on time', frames),
+    ]
+
+
+def diagnostics(parts: Sequence[Status], hardware_id: str, stamp: Time) -> DiagnosticArray:
+    """Return the statuses as a message."""
+    message = DiagnosticArray(status=[
+        DiagnosticStatus(level=bytes([part.level]), name=part.name, message=part.message,
+                         hardware_id=hardware_id,
+                         values=[KeyValue(key=key, value=value)
+                                 for key, value in part.values.items()])
+        for part in parts])
+    message.header.stamp = stamp
+    return message
+
+
+def _diagonal(variances: Sequence[float]) -> list[float]:
+    x, y, z = variances
+    return [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
