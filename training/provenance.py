@@ -11,7 +11,7 @@ from __future__ import annotations
 import platform
 import socket
 import subprocess
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from functools import cache
 from hashlib import sha256
@@ -22,8 +22,8 @@ from typing import Any
 import w2b_controller
 import w2b_sim
 from training.study_config import StudyConfig
-from training.treatments import vector_hash
-from w2b_controller.vocabulary import Vocabulary
+from training.treatments import WORD_SETS, vector_hash
+from training.vectors import vector
 
 #: Modules of this package that decide what a run's champion is; the rest only runs or reports.
 TRAINING_SOURCES = ('afpo', 'champion', 'config', 'engines', 'objectives', 'operators', 'run',
@@ -31,7 +31,7 @@ TRAINING_SOURCES = ('afpo', 'champion', 'config', 'engines', 'objectives', 'oper
 PACKAGES = ('numpy', 'numba', 'llvmlite', 'scipy', 'pybullet', 'gensim')
 
 
-def identity(config: StudyConfig, vocabulary_sha256: str) -> dict[str, Any]:
+def identity(config: StudyConfig) -> dict[str, Any]:
     """Return what must be equal for the runs of one store; a JSON object of plain fields."""
     return {
         'program_version': w2b_controller.__version__,
@@ -42,7 +42,7 @@ def identity(config: StudyConfig, vocabulary_sha256: str) -> dict[str, Any]:
         'population': config.population,
         'generations': config.generations,
         'vocabulary': config.vocabulary,
-        'vocabulary_sha256': vocabulary_sha256,
+        'vocabulary_sha256': vocabulary_sha256(config.vocabulary),
     }
 
 
@@ -86,11 +86,17 @@ def _sources() -> Iterator[tuple[str, Path]]:
         yield f'w2b_sim/{path.relative_to(simulator).as_posix()}', path
 
 
-def vocabulary_sha256(vocabulary: Vocabulary, words: Iterable[str]) -> str:
-    """Return the hash of the vectors that a study takes from `vocabulary`, word by word."""
+def commands() -> tuple[str, ...]:
+    """Return every command of the study's word sets."""
+    return tuple(dict.fromkeys(
+        word for always, stops in WORD_SETS.values() for word, _ in always + stops))
+
+
+def vocabulary_sha256(spec: str) -> str:
+    """Return the hash of the vectors that a vocabulary gives the study's commands."""
     digest = sha256()
-    for word in sorted(set(words)):
-        digest.update(f'{word}\0{vector_hash(vocabulary.vector(word))}\n'.encode())
+    for word in commands():
+        digest.update(f'{word}\0{vector_hash(vector(spec, word))}\n'.encode())
     return digest.hexdigest()
 
 

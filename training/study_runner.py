@@ -11,18 +11,19 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from training.executor import Executor
-from training.provenance import identity, vocabulary_sha256
+from training.lexicon import load_lexicon
+from training.provenance import identity
 from training.store import build_store
 from training.study_config import ConfigError, RunSpec, StudyConfig
 from training.study_directory import StudyDirectory, StudyError
 from training.study_progress import Display, Running
 from training.study_tasks import Task, TaskResult, rescored, run_config
-from training.treatments import WORD_SETS
-from w2b_controller.vocabulary import UnknownWordError, Vocabulary
+from training.vectors import vectors
 
 
 @dataclass
@@ -48,26 +49,13 @@ def prepare(config: StudyConfig, study: StudyDirectory) -> dict[str, Any]:
 
     """
     try:
-        vocabulary = Vocabulary.load(config.vocabulary)
-        words = {word for always, stops in WORD_SETS.values() for word, _ in always + stops}
-        used = {word for experiment in config.experiments
-                for pairs in WORD_SETS[experiment.words] for word, _ in pairs}
-        for word in sorted(used):
-            vocabulary.vector(word)
-        known = [word for word in words if word in used or _knows(vocabulary, word)]
         for run in {(run.word_set, run.body, run.treatment): run for run in config.runs()}.values():
             run_config(config, run)
+        if config.robustness.lexicon:
+            vectors(config.vocabulary, chain.from_iterable(load_lexicon().values()))
+        return identity(config)
     except (ValueError, OSError, LookupError) as error:
         raise ConfigError(' '.join(str(error).split())) from None
-    return identity(config, vocabulary_sha256(vocabulary, known))
-
-
-def _knows(vocabulary: Vocabulary, word: str) -> bool:
-    try:
-        vocabulary.vector(word)
-    except UnknownWordError:
-        return False
-    return True
 
 
 def tasks_of(config: StudyConfig, study: StudyDirectory, made: dict[str, Any],

@@ -37,7 +37,7 @@ from training.study_directory import (
     may_grow,
     read_json,
 )
-from w2b_controller.vocabulary import Vocabulary
+from training.vectors import vectors
 from w2b_sim import bodies
 from w2b_sim.engines.interface import Evaluator
 from w2b_sim.worlds import WORLDS
@@ -115,7 +115,8 @@ def _evolve(task: Task, place: StudyDirectory, directory: Path) -> None:
         append_line(log, 'started', generations=generations)
         config = run_config(task.config, wanted)
         evolve(config, directory, _reporter(directory / 'progress.json'),
-               vectors=_vectors(task.config.vocabulary, config.words + config.held_out),
+               vectors=vectors(task.config.vocabulary,
+                               (word for word, _ in config.words + config.held_out)),
                evaluator=_evaluator(config.engine, config.body, config.precision))
     if not any(event.get('event') == 'completed' and event.get('generations') == generations
                for event in journal(log)):
@@ -156,10 +157,9 @@ def _rescore(task: Task, _place: StudyDirectory, directory: Path) -> None:
     network = load_result(directory).network
     columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
     for trial in trials(task.config, task.run, load_lexicon(), in_pybullet=task.in_pybullet):
-        vectors = _vectors(task.config.vocabulary,
-                           tuple((word.word, word.word_class) for word in trial.words))
+        heard = vectors(task.config.vocabulary, (word.word for word in trial.words))
         rows = rescore(network, task.run, trial, _evaluator(
-            trial.engine, task.run.body, task.config.precision), vectors)
+            trial.engine, task.run.body, task.config.precision), heard)
         for name, values in rows.items():
             columns[name].extend(values)
     write_json(directory / 'rescored.json', {'settings': rescoring_settings(task),
@@ -171,16 +171,6 @@ def _evaluator(engine: str, body: str, precision: str) -> Evaluator:
     """One evaluator a body and worker: making one compiles, or starts a physics server."""
     described = bodies.get(body)
     return make_evaluator(engine, described, WORLDS[described.world], precision=precision)
-
-
-@cache
-def _vocabulary(spec: str) -> Vocabulary:
-    return Vocabulary.load(spec)
-
-
-def _vectors(spec: str, words: tuple[tuple[str, str], ...]) -> dict[str, Any]:
-    vocabulary = _vocabulary(spec)
-    return {word: vocabulary.vector(word) for word, _ in words}
 
 
 def _reporter(path: Path) -> Callable[[Progress], None]:
