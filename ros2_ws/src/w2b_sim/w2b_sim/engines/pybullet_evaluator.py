@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import product
-from multiprocessing import get_context
+from multiprocessing import connection, get_context, parent_process
+from threading import Thread
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +82,16 @@ class PyBulletEvaluator:
 
 def _start_worker(body: Body, world: World) -> None:
     global _worker
+    Thread(target=_die_with_parent, daemon=True).start()
     _worker = PyBulletSimulation(body, world)
+
+
+def _die_with_parent() -> None:
+    """End this process when the one that started it is gone: a SIGKILL there tells nobody."""
+    parent = parent_process()
+    assert parent is not None
+    connection.wait([parent.sentinel])
+    os._exit(1)
 
 
 def _evaluate_in_worker(task: Task) -> Outcome:
