@@ -16,7 +16,7 @@ from demo.robot import Motion
 from w2b_sim.bodies.model import Body
 from w2b_sim.bodies.urdf import to_urdf
 
-PANEL_PX = (320, 240)
+PANEL_PX = (400, 240)
 GIF_FRAMES = 60
 GIF_FRAME_MS = 80
 
@@ -27,10 +27,12 @@ def plot_paths(motions: Mapping[str, Motion], heard: set[str], path: Path) -> No
     axes = figure.subplots()
     for word, motion in motions.items():
         x, y = motion.positions_m[:, 0], motion.positions_m[:, 1]
-        kind = 'heard in training' if word in heard else 'never heard'
-        line, = axes.plot(x, y, lw=1.8, label=f'{word} ({kind})')
-        axes.plot(x[-1], y[-1], 's', color=line.get_color(), ms=7)
-    axes.plot(0, 0, 'k+', ms=12, label='start')
+        new = word not in heard
+        kind = 'never heard' if new else 'heard in training'
+        line, = axes.plot(x, y, '--' if new else '-', lw=1.8, label=f'{word} ({kind})')
+        axes.plot(x[-1], y[-1], 'D' if new else 's', color=line.get_color(), ms=9,
+                  mfc='none' if new else line.get_color())
+    axes.plot(0, 0, 'k+', ms=16, label='start')
     axes.set(xlabel='x (m)', ylabel='y (m)', aspect='equal',
              title='Path of the robot in 25 s under each word')
     axes.margins(y=0.4)
@@ -41,7 +43,7 @@ def plot_paths(motions: Mapping[str, Motion], heard: set[str], path: Path) -> No
 
 def draw_gif(body: Body, joint_names: Sequence[str], motions: Mapping[str, Motion],
              captions: Mapping[str, str], path: Path) -> None:
-    """Render the motions beside each other, two in a row, each followed by a camera of its own."""
+    """Render the motions beside each other, two in a row; a disc marks where each began."""
     with Camera(body, joint_names) as camera:
         panels = {word: camera.film(motion, captions[word]) for word, motion in motions.items()}
     width, height = PANEL_PX
@@ -64,6 +66,9 @@ class Camera:
         here = self._here = {'physicsClientId': self._client}
         pybullet.setAdditionalSearchPath(pybullet_data.getDataPath(), **here)
         pybullet.loadURDF('plane.urdf', **here)
+        disc = pybullet.createVisualShape(pybullet.GEOM_CYLINDER, radius=0.06, length=0.002,
+                                          rgbaColor=(0.8, 0.1, 0.1, 1.0), **here)
+        pybullet.createMultiBody(0.0, baseVisualShapeIndex=disc, **here)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / 'body.urdf'
             file.write_text(to_urdf(body, capsule_element=True), encoding='utf-8')
@@ -91,7 +96,7 @@ class Camera:
         for number, angle in zip(self._joints, motion.joints[stamp], strict=True):
             pybullet.resetJointState(self._robot, number, angle, **here)
         view = pybullet.computeViewMatrixFromYawPitchRoll(
-            [0.0, 0.0, 0.08], distance=1.7, yaw=20, pitch=-28, roll=0, upAxisIndex=2)
+            [0.0, 0.0, 0.05], distance=1.55, yaw=0, pitch=-30, roll=0, upAxisIndex=2)
         lens = pybullet.computeProjectionMatrixFOV(50, width / height, 0.05, 20)
         pixels = pybullet.getCameraImage(
             width, height, view, lens, shadow=1, lightDirection=(1, -1, 2),
