@@ -107,7 +107,9 @@ def _progress_bar() -> Iterator[Report]:
     """Give a function that draws what is going on, on standard error."""
     columns = (TextColumn('{task.description:>28}'), BarColumn(), TaskProgressColumn(),
                TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True,
+                  disable=not console.is_terminal) as progress:
         task = progress.add_task('', total=None)
 
         def report(what: str, done: int, total: int) -> None:

