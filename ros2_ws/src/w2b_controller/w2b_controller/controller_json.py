@@ -121,12 +121,17 @@ class Fields:
     def finish(self) -> None:
         """Refuse fields that nothing took."""
         for key in self._left:
-            raise ControllerFileError(f'{self.name(shown(key)[1:-1])}: expected no such field, '
+            raise ControllerFileError(f'{self.name(_key(key))}: expected no such field, '
                                       'got an unknown field')
 
 
 def _kind(value: object) -> str:
     return _KINDS.get(type(value), type(value).__name__)
+
+
+def _key(key: str) -> str:
+    """Return the name of a field as it can be printed."""
+    return shown(key)[1:-1]
 
 
 def _text(value: object, name: str, expected: str) -> str:
@@ -161,7 +166,7 @@ def _list(value: object, name: str, expected: str) -> list[object]:
 def _check_finite(value: object, name: str) -> None:
     if isinstance(value, dict):
         for key, item in value.items():
-            _check_finite(item, f'{name}.{key}')
+            _check_finite(item, f'{name}.{_key(key)}')
     elif isinstance(value, list):
         for index, item in enumerate(value):
             _check_finite(item, f'{name}[{index}]')
@@ -196,7 +201,7 @@ def _refuse_duplicates(pairs: list[tuple[str, object]]) -> dict[str, object]:
     if len(fields) < len(pairs):
         keys = [key for key, _ in pairs]
         double = next(key for index, key in enumerate(keys) if key in keys[:index])
-        raise ControllerFileError(f'{shown(double)[1:-1]}: expected once, got it twice in one '
+        raise ControllerFileError(f'{_key(double)}: expected once, got it twice in one '
                                   'object')
     return fields
 
