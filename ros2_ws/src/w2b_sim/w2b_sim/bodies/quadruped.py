@@ -6,6 +6,9 @@ BOX = Box((0.1, 0.1, 0.04))
 HIP_FROM_AXIS_M = 0.05
 SEGMENT_LENGTH_M = 0.1
 SEGMENT_RADIUS_M = 0.02
+#: In the original the feet start a rounding error above the floor: they touch and carry nothing in
+#: the first step. Written out, it does not hang on rounding.
+START_GAP_M = 1e-7
 #: Leg, its outward direction, and the axis about which a positive angle lifts it. The original
 #: measures a hinge's angle from the child to the parent about (-sin, cos, 0): the same thing.
 LEGS: tuple[tuple[str, Vector, Vector, Vector], ...] = (
@@ -40,4 +43,4 @@ def quadruped(name: str = 'quadruped', touch: bool = True) -> Body:
         description='box on four legs of two segments' + ('' if touch else ', without sensors'),
         links=tuple(links), joints=tuple(hips + knees),
         sensors=tuple(f'touch:{leg[0]}_lower_leg' for leg in LEGS) if touch else (),
-        height_m=0.12, length_m=0.1)
+        height_m=0.12 + START_GAP_M, length_m=0.1)

@@ -1,0 +1,113 @@
+"""Vector algebra on SIMD values: 3-vectors are tuples, symmetric matrices packed lower triangles."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from w2b_sim.engines.batched.simd import fma, vsqrt
+
+#: For every function that becomes a part of the one compiled call. Division by zero gives
+#: infinity, as IEEE says, instead of an exception.
+inlined = njit(forceinline=True, error_model='numpy')
+
+
+@inlined
+def add(a, b):
+    """Return a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@inlined
+def sub(a, b):
+    """Return a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@inlined
+def scale(a, factor):
+    """Return a * factor."""
+    return a[0] * factor, a[1] * factor, a[2] * factor
+
+
+@inlined
+def add_scaled(a, b, factor):
+    """Return a + b * factor."""
+    return fma(b[0], factor, a[0]), fma(b[1], factor, a[1]), fma(b[2], factor, a[2])
+
+
+@inlined
+def dot(a, b):
+    """Return the scalar product."""
+    return fma(a[2], b[2], fma(a[1], b[1], a[0] * b[0]))
+
+
+@inlined
+def cross(a, b):
+    """Return the vector product."""
+    return (fma(a[1], b[2], -(a[2] * b[1])), fma(a[2], b[0], -(a[0] * b[2])),
+            fma(a[0], b[1], -(a[1] * b[0])))
+
+
+@inlined
+def get3(array, k):
+    """Return row k of an (N, 3) stack array as a tuple."""
+    return array[k, 0], array[k, 1], array[k, 2]
+
+
+@inlined
+def set3(array, k, value):
+    """Write a tuple into row k of an (N, 3) stack array."""
+    array[k, 0] = value[0]
+    array[k, 1] = value[1]
+    array[k, 2] = value[2]
+
+
+@inlined
+def rotate(rotation, k, x):
+    """Return R x, R the row-major rotation matrix in row k of an (N, 9) stack array."""
+    return (fma(rotation[k, 2], x[2], fma(rotation[k, 1], x[1], rotation[k, 0] * x[0])),
+            fma(rotation[k, 5], x[2], fma(rotation[k, 4], x[1], rotation[k, 3] * x[0])),
+            fma(rotation[k, 8], x[2], fma(rotation[k, 7], x[1], rotation[k, 6] * x[0])))
+
+
+@inlined
+def tri(i, j):
+    """Return the place of element (i, j), i >= j, in a packed lower triangle."""
+    return i * (i + 1) // 2 + j
+
+
+@inlined
+def cholesky(size, a):
+    """Factorise a packed matrix in place, A = L L^T; the diagonal then holds 1 / L_ii."""
+    for j in range(size):
+        diagonal = a[tri(j, j)]
+        for k in range(j):
+            diagonal = fma(-a[tri(j, k)], a[tri(j, k)], diagonal)
+        diagonal = 1.0 / vsqrt(diagonal)
+        a[tri(j, j)] = diagonal
+        for i in range(j + 1, size):
+            total = a[tri(i, j)]
+            for k in range(j):
+                total = fma(-a[tri(i, k)], a[tri(j, k)], total)
+            a[tri(i, j)] = total * diagonal
+
+
+@inlined
+def forward_solve(first, size, a, x):
+    """Replace x by L^-1 x, where the elements of x before `first` are known to be zero."""
+    for i in range(first, size):
+        total = x[i]
+        for k in range(first, i):
+            total = fma(-a[tri(i, k)], x[k], total)
+        x[i] = total * a[tri(i, i)]
+
+
+@inlined
+def backward_solve(size, a, x):
+    """Replace x by L^-T x."""
+    for step in range(size):
+        i = size - 1 - step
+        total = x[i]
+        for k in range(i + 1, size):
+            total = fma(-a[tri(k, i)], x[k], total)
+        x[i] = total * a[tri(i, i)]

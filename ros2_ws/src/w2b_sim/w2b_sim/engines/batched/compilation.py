@@ -1,0 +1,98 @@
+"""
+Compiling the kernel once and keeping the machine code.
+
+The code is kept in a folder of its own for each version of these sources (numba alone looks at one
+file's date and would miss a change in another), under `W2B_CACHE_DIR`, else the user's cache
+folder. Where neither can be written, as in a read-only home, the kernel is compiled anew in each
+process.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import tempfile
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding
+import numba
+from numba import njit
+from numba.core import config
+
+from w2b_sim.engines.batched import kernel
+from w2b_sim.engines.batched.simd import Layout
+
+logger = logging.getLogger(__name__)
+
+
+def cache_folder() -> Path | None:
+    """Return the folder for machine code, made if need be; None if none can be written."""
+    home = os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'
+    wanted = os.environ.get('W2B_CACHE_DIR') or Path(home) / 'w2b'
+    folder = Path(wanted) / f'batched-{_fingerprint()}'
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        logger.warning('cannot keep compiled code in %s (%s): compiling in each process', folder,
+                       error.strerror)
+        return None
+    return folder
+
+
+def _fingerprint() -> str:
+    """Return a hash of all that the machine code follows from, the processor apart (numba's)."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(Path(__file__).parent.glob('*.py')):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@lru_cache(maxsize=1)
+def compiled_evaluate() -> Any:
+    """Return `kernel.evaluate` as a numba dispatcher that releases the GIL and keeps its code."""
+    dispatcher = njit(nogil=True, error_model='numpy')(kernel.evaluate)
+    folder = cache_folder()
+    if folder is not None:
+        before = config.CACHE_DIR
+        config.CACHE_DIR = str(folder)
+        try:
+            dispatcher.enable_caching()
+        finally:
+            config.CACHE_DIR = before
+    return dispatcher
+
+
+def lanes_for(bits: int) -> int:
+    """
+    Return the number of lanes that suits this processor: two of its vector registers a value.
+
+    Two independent chains of operations hide each other's latency; more spill to memory. The
+    results do not depend on it.
+    """
+    features = llvmlite.binding.get_host_cpu_features()
+    if features.get('avx512f'):
+        register_bits = 512
+    elif features.get('avx'):
+        register_bits = 256
+    else:
+        register_bits = 128
+    return 2 * register_bits // bits
+
+
+_announced: set[Layout] = set()
+
+
+def announce(layout: Layout, say: Callable[[str], None] | None) -> None:
+    """Tell, once for a layout, that code is being compiled if it is not kept already."""
+    if layout in _announced:
+        return
+    _announced.add(layout)
+    message = (f'compiling the batched engine once for {layout.links} links, {layout.bits} bits, '
+               f'{layout.lanes} lanes (some seconds)')
+    (say or logger.info)(message)

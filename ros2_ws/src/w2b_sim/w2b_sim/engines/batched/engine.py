@@ -1,0 +1,296 @@
+"""The batched engine's front: networks, words and starts in, an Evaluation out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from w2b_controller.network import Network
+from w2b_sim.bodies.model import Body
+from w2b_sim.engines.batched import kernel
+from w2b_sim.engines.batched.compilation import announce, compiled_evaluate, lanes_for
+from w2b_sim.engines.batched.contacts import TOUCH_GAP_M
+from w2b_sim.engines.batched.simd import Layout
+from w2b_sim.engines.batched.tables import CompiledBody, UnsupportedBodyError, compile_body
+from w2b_sim.engines.batched.variations import Variations
+from w2b_sim.engines.interface import Evaluation, Start
+from w2b_sim.worlds import World
+
+Array = NDArray[np.float64]
+
+BITS = {'single': 32, 'float32': 32, 'double': 64, 'float64': 64}
+#: Sweeps of the viscous solve's two stages and of the Coulomb solve's one.
+VISCOUS_SWEEPS = {32: (4, 6), 64: (8, 12)}
+COULOMB_SWEEPS = 10
+#: More torque-limited joints need more sweeps: their rows are strongly coupled to the contacts'.
+DYNAMIC_SWEEPS = (20, 30)
+#: A friction coefficient that nothing reaches, in place of infinity (which times zero is NaN).
+UNBOUNDED_FRICTION = 1e30
+#: Beyond this a robot did not walk: the evaluation counts as failed.
+FARTHEST_M = 1e4
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """
+    What was logged at each of T sensor frames of each evaluation.
+
+    `position_m` (C, W, K, T, 3) of the base, `joint_position_rad` (C, W, K, T, M), `touching`
+    (C, W, K, T, S_touch), one column a touch-sensitive link in the order of the body's sensors.
+    """
+
+    position_m: Array
+    joint_position_rad: Array
+    touching: Array
+
+
+class BatchedEngine:
+    """
+    Evaluates controllers by the thousand: one compiled call, one robot-word-start a SIMD lane.
+
+    Results are the same bits whatever the batch around an evaluation, the lanes and the threads.
+    An evaluation with weights that are not finite in the engine's precision, and one that leaves
+    all bounds, has NaN for its outcome; its neighbours are not touched.
+
+    Parameters
+    ----------
+    body, world
+        What moves, and where.
+    precision
+        `double` (`float64`) or `single` (`float32`). Words are primed in double precision always.
+    threads
+        That share a batch; the compiled code runs without the interpreter's lock.
+    friction_law
+        `world` as the world has it, or `coulomb` to use the dry friction solve in any world: what
+        `Variations.friction` needs.
+    joints
+        See `tables.compile_body`.
+    sweeps
+        Of the solve's stages; None for the precision's own.
+    lanes
+        None for what suits the processor.
+    say
+        Is told, once, that code is being compiled; None for this module's logger.
+
+    Raises
+    ------
+    UnsupportedBodyError
+        If the engine does not model the body, with the reason.
+    ValueError
+        If an option is not one of those named.
+
+    """
+
+    def __init__(self, body: Body, world: World, precision: str = 'double', threads: int = 1, *,
+                 friction_law: str = 'world', joints: str = 'auto',
+                 sweeps: tuple[int, int] | None = None, lanes: int | None = None,
+                 say: Callable[[str], None] | None = None) -> None:
+        if precision not in BITS:
+            raise ValueError(f'precision: expected one of {", ".join(BITS)}, got {precision!r}')
+        if threads < 1:
+            raise ValueError(f'threads: expected at least 1, got {threads}')
+        if friction_law not in ('world', 'coulomb'):
+            raise ValueError(f"friction_law: expected 'world' or 'coulomb', got {friction_law!r}")
+        self.body, self.world, self.threads = body, world, threads
+        self._say = say
+        compiled = compile_body(body, world, joints)
+        bits = BITS[precision]
+        self._dtype = np.float32 if bits == 32 else np.float64
+        self._tables = compiled.cast(self._dtype)
+        self._compiled = compiled
+        coulomb = friction_law == 'coulomb' or world.friction is not None
+        if not coulomb and world.slip_m_per_n_s <= 0:
+            raise UnsupportedBodyError(
+                f'world {world.name}: unbounded friction needs slip above 0, '
+                f'got {world.slip_m_per_n_s}')
+        self.layout = _layout(compiled, bits, lanes or lanes_for(bits), coulomb)
+        if sweeps is None:
+            sweeps = ((0, COULOMB_SWEEPS) if coulomb else
+                      DYNAMIC_SWEEPS if self.layout.dynamic else VISCOUS_SWEEPS[bits])
+        self._clock = kernel.Clock(world.physics_step_s, world.physics_steps, world.steps, *sweeps)
+
+    def evaluate(self, network: Network, signals: ArrayLike, starts: Sequence[Start],
+                 variations: Variations | None = None) -> Evaluation:
+        """
+        Return the outcome of a batch of controllers.
+
+        Parameters
+        ----------
+        network
+            C controllers: weights of shape (C, H, K).
+        signals: shape (W, T) or (C, W, T)
+            The words, or each controller's own words.
+        starts
+            K of them.
+        variations
+            Deviations of single evaluations.
+
+        Raises
+        ------
+        ValueError
+            If the shapes do not belong together or to the body.
+
+        """
+        signals = np.asarray(signals, dtype=np.float64)
+        if signals.ndim not in (2, 3) or 0 in signals.shape:
+            raise ValueError(f'signals: expected (W, T) or (C, W, T), got {signals.shape}')
+        return self._run(network, signals, None, starts, variations, False)[0]
+
+    def record(self, network: Network, signals: ArrayLike, starts: Sequence[Start],
+               variations: Variations | None = None) -> tuple[Evaluation, Trajectories]:
+        """Return the same as `evaluate`, and what was logged on the way."""
+        signals = np.asarray(signals, dtype=np.float64)
+        if signals.ndim not in (2, 3) or 0 in signals.shape:
+            raise ValueError(f'signals: expected (W, T) or (C, W, T), got {signals.shape}')
+        evaluation, log = self._run(network, signals, None, starts, variations, True)
+        assert log is not None
+        return evaluation, log
+
+    def evaluate_primed(self, network: Network, hidden: ArrayLike, starts: Sequence[Start],
+                        variations: Variations | None = None
+                        ) -> tuple[Evaluation, Trajectories]:
+        """Return the same as `record` for networks primed already to `hidden` (C, W, H)."""
+        primed = np.asarray(hidden, dtype=np.float64)
+        if primed.ndim != 3 or primed.shape[2] != self.layout.hidden or 0 in primed.shape:
+            raise ValueError(f'hidden: expected (C, W, {self.layout.hidden}), got {primed.shape}')
+        evaluation, log = self._run(network, np.zeros((1, primed.shape[1], 0)), primed, starts,
+                                    variations, True)
+        assert log is not None
+        return evaluation, log
+
+    def _run(self, network: Network, signals: Array, primed: Array | None,
+             starts: Sequence[Start], variations: Variations | None, logging: bool
+             ) -> tuple[Evaluation, Trajectories | None]:
+        controllers = self._check(network, signals, starts)
+        layout, world = self.layout, self.world
+        signals = signals if signals.ndim == 3 else signals[None]
+        shape = (controllers, signals.shape[1], len(starts))
+        failed = ~(np.isfinite(network.hidden_weights.astype(self._dtype)).all((1, 2))
+                   & np.isfinite(network.motor_weights.astype(self._dtype)).all((1, 2)))
+        failed_pairs = failed[:, None] | ~np.isfinite(signals).all(2)
+        if primed is not None:
+            failed_pairs = failed_pairs | ~np.isfinite(primed).all(2)
+        given = (variations or Variations()).arrays(shape, world, TOUCH_GAP_M)
+        count = shape[0] * shape[1] * shape[2]
+        blocks = -(-count // layout.lanes)
+        batch = kernel.Batch(
+            _finite(network.hidden_weights, failed), _finite(network.motor_weights, failed),
+            np.nan_to_num(np.ascontiguousarray(signals), posinf=0.0, neginf=0.0),
+            np.zeros((*shape[:2], layout.hidden)) if primed is None
+            else np.nan_to_num(np.array(primed), posinf=0.0, neginf=0.0),
+            self._starts(starts, given).reshape(count, 5),
+            self._parameters(given).reshape(count, kernel.PARAMETERS),
+            _seeds(given['seed'].reshape(count), blocks * layout.lanes),
+            any(given[name].any() for name in ('touch_delay', 'touch_flip_probability',
+                                               'push_m_s', 'motor_noise_rad_s')))
+        frames = world.steps if logging else 0
+        log = kernel.Log(np.zeros((count, 5 + layout.touches)), frames,
+                         *(np.zeros((count if frames else 0, frames, width), dtype=self._dtype)
+                           for width in (3, layout.links - 1, layout.touches)))
+        self._call(batch, log, blocks)
+        outcome = log.outcome.reshape(*shape, -1)
+        wrong = ~np.isfinite(outcome).all(3) | (np.abs(outcome[..., :3]) > FARTHEST_M).any(3)
+        outcome[wrong | failed_pairs[..., None]] = np.nan
+        evaluation = Evaluation(outcome[..., :3], outcome[..., 3], outcome[..., 4],
+                                outcome[..., 5:])
+        if not logging:
+            return evaluation, None
+        return evaluation, Trajectories(*(
+            array.reshape(*shape, *array.shape[1:]).astype(np.float64)
+            for array in (log.place, log.angle, log.touch)))
+
+    def _call(self, batch: kernel.Batch, log: kernel.Log, blocks: int) -> None:
+        announce(self.layout, self._say)
+        evaluate = compiled_evaluate()
+        double = replace(self.layout, bits=64)
+        edges = np.linspace(0, blocks, min(self.threads, blocks) + 1).astype(int)
+
+        def run(first: int, last: int) -> None:
+            evaluate(self.layout, double, self._tables, self._clock, batch, log, first, last)
+        if len(edges) == 2:
+            run(0, blocks)
+            return
+        list(_pool(self.threads).map(run, edges[:-1].tolist(), edges[1:].tolist()))
+
+    def _check(self, network: Network, signals: Array, starts: Sequence[Start]) -> int:
+        layout = self.layout
+        expected = (layout.hidden, layout.hidden + 1 + layout.sensors)
+        got = network.hidden_weights.shape
+        if len(got) != 3 or got[1:] != expected or got[0] == 0:
+            raise ValueError(f'network: {self.body.name} needs hidden weights of shape '
+                             f'(C, {expected[0]}, {expected[1]}), got {got}')
+        if network.motor_weights.shape[1] != layout.links - 1:
+            raise ValueError(f'network: {self.body.name} has {layout.links - 1} motors, '
+                             f'got motor weights of shape {network.motor_weights.shape}')
+        if not np.array_equal(network.motor_time_constants, self._compiled.tables.time_constant):
+            raise ValueError(
+                f'network: {self.body.name} has the motor time constants '
+                f'{self._compiled.tables.time_constant}, got {network.motor_time_constants}')
+        if signals.ndim == 3 and signals.shape[0] not in (1, got[0]):
+            raise ValueError(f'signals: expected {got[0]} controllers, got {signals.shape}')
+        if not starts:
+            raise ValueError('starts: expected at least one')
+        return int(got[0])
+
+    def _starts(self, starts: Sequence[Start], given: dict[str, Array]) -> Array:
+        """Return height and quaternion of each evaluation, (C, W, K, 5): yaw after pitch after roll."""
+        def angle(name: str) -> Array:
+            return given[name] + np.array([getattr(start, name) for start in starts])
+        half = [angle(name) / 2 for name in ('roll_rad', 'pitch_rad', 'yaw_rad')]
+        (cr, cp, cy), (sr, sp, sy) = ([f(x) for x in half] for f in (np.cos, np.sin))
+        return np.stack([
+            self._compiled.height_m + angle('height_m'),
+            cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy], axis=-1)
+
+    def _parameters(self, given: dict[str, Array]) -> Array:
+        h = self.world.physics_step_s
+        slip = given['slip_m_per_n_s']
+        if not self.layout.coulomb and ((slip <= 0).any()
+                                        or np.isfinite(given['friction']).any()):
+            raise ValueError("variations: friction and slip 0 need friction_law='coulomb'")
+        columns = [given['erp'] / h, slip / h if self.layout.coulomb else h / slip,
+                   np.minimum(given['friction'], UNBOUNDED_FRICTION),
+                   given['gravity_m_s2'] * h, given['base_mass_scale'], given['touch_gap_m'],
+                   given['touch_delay'], given['touch_flip_probability'], given['push_m_s'],
+                   given['servo_gain_scale'], given['motor_noise_rad_s']]
+        return np.stack(columns, axis=-1)
+
+
+def _layout(compiled: CompiledBody, bits: int, lanes: int, coulomb: bool) -> Layout:
+    tables = compiled.tables
+    return Layout(bits=bits, lanes=lanes, links=len(tables.parent),
+                  contacts=len(tables.contact_link), hidden=compiled.hidden,
+                  sensors=len(tables.sensor_kind), touches=len(compiled.touch_links),
+                  dynamic=len(tables.dynamic_joint), coulomb=int(coulomb))
+
+
+def _finite(weights: Array, failed: NDArray[np.bool_]) -> Array:
+    """Return the weights with those of failed controllers set to zero."""
+    return np.ascontiguousarray(np.where(failed[:, None, None], 0.0, weights))
+
+
+def _seeds(seeds: Array, padded: int) -> NDArray[np.uint32]:
+    """Return well-mixed 32-bit seeds, padded to whole blocks."""
+    mixed = seeds.astype(np.uint64)
+    mixed = (mixed ^ (mixed >> np.uint64(31))) * np.uint64(0x9E3779B97F4A7C15)
+    mixed = (mixed ^ (mixed >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
+    result = np.zeros(padded, dtype=np.uint32)
+    result[:len(seeds)] = (mixed >> np.uint64(32)).astype(np.uint32)
+    return result
+
+
+@lru_cache(maxsize=4)
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix='batched-engine')
+
+
+__all__ = ['BatchedEngine', 'Trajectories', 'UnsupportedBodyError', 'Variations']
+
+

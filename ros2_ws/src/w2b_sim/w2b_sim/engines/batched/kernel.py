@@ -1,0 +1,265 @@
+"""
+The compiled call: a range of evaluations from the words' elements to the final positions.
+
+Each evaluation is one controller under one word from one start, in one lane. Within a control
+period, as in the original program: collide, read the sensors, set the servos' targets from the
+motor neurons as they were, update the network, then step the world.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
+
+from w2b_sim.engines.batched.algebra import inlined
+from w2b_sim.engines.batched.contacts import find
+from w2b_sim.engines.batched.coulomb import solve_coulomb
+from w2b_sim.engines.batched.inertia import COMPOSITE, balance
+from w2b_sim.engines.batched.integration import integrate
+from w2b_sim.engines.batched.kinematics import drives, hinge_angles, rotations
+from w2b_sim.engines.batched.memory import allocate, get_lane, local1, local2, noise, set_lane
+from w2b_sim.engines.batched.neurons import prime_range, update
+from w2b_sim.engines.batched.rows import Solve
+from w2b_sim.engines.batched.simd import splat, vmax, vmin, vsqrt, where
+from w2b_sim.engines.batched.state import Frame, State, rest
+from w2b_sim.engines.batched.tables import POSITION, TOUCH
+from w2b_sim.engines.batched.viscous import solve_viscous
+
+#: Columns of `Batch.parameters`, what may differ from lane to lane.
+(ERP_PER_H, SLIP, FRICTION, GRAVITY, BASE_MASS, TOUCH_GAP, DELAY, FLIP, PUSH, GAIN,
+ MOTOR_NOISE) = range(11)
+PARAMETERS = 11
+
+#: Random numbers per control period: the joints', the touch sensors' and two of the push.
+MOTOR_STREAM, PUSH_STREAM, TOUCH_STREAM, STREAMS = 0, 64, 66, 128
+
+
+class Clock(NamedTuple):
+    """Times and effort: `h` s a physics step, `physics_steps` of them in each of `steps` periods."""
+
+    h: float
+    physics_steps: int
+    steps: int
+    first_sweeps: int
+    second_sweeps: int
+
+
+class Batch(NamedTuple):
+    """
+    Inputs of E = C * W * K evaluations, in the order of controllers, words, starts.
+
+    `hidden_weights` (C, H, H + 1 + S), `motor_weights` (C, J, H), `signals` (C or 1, W, T) and
+    `primed` (C, W, H): the compiled call primes it, unless the signals are empty. `start` (E, 5):
+    height, quaternion w, x, y, z; `parameters` (E, PARAMETERS); `seeds` (E, padded to whole blocks
+    of lanes) uint32; `noisy` whether a parameter asks for random numbers.
+    """
+
+    hidden_weights: NDArray[Any]
+    motor_weights: NDArray[Any]
+    signals: NDArray[Any]
+    primed: NDArray[Any]
+    start: NDArray[Any]
+    parameters: NDArray[Any]
+    seeds: NDArray[Any]
+    noisy: bool
+
+
+class Log(NamedTuple):
+    """
+    Outputs. `outcome` (E, 5 + touches): final x, y, z, path length, longest step, touch fractions.
+
+    The others are filled if `steps` > 0: base positions (E, T, 3), hinge angles (E, T, J) and touch
+    sensors (E, T, touches) at every frame.
+    """
+
+    outcome: NDArray[Any]
+    steps: int
+    place: NDArray[Any]
+    angle: NDArray[Any]
+    touch: NDArray[Any]
+
+
+def evaluate(layout, double_layout, tables, clock, batch, log, first_block, last_block):
+    """
+    Run the evaluations of the blocks `first_block` to `last_block` - 1 of `layout.lanes` lanes.
+
+    Blocks are independent, so that threads can share a batch. `double_layout` is the layout's
+    like in double precision, in which words are always primed.
+    """
+    count = batch.start.shape[0]
+    starts = count // (batch.primed.shape[0] * batch.primed.shape[1])
+    first = first_block * layout.lanes
+    last = min(last_block * layout.lanes, count)
+    if batch.signals.shape[2] > 0 and first < last:
+        prime_range(double_layout, batch.hidden_weights, batch.signals, batch.primed,
+                    first // starts, (last - 1) // starts + 1)
+    for block in range(first_block, last_block):
+        _run_block(layout, tables, clock, batch, log, block * layout.lanes, count, starts)
+
+
+@inlined
+def _run_block(layout, tables, clock, batch, log, first, count, starts):
+    """Run the evaluations `first`...; lanes beyond the batch repeat the last one, unrecorded."""
+    joints = layout.joints
+    inputs = layout.inputs
+    weights = local1(layout, layout.hidden_synapses)
+    motor_weights = local1(layout, layout.motor_synapses)
+    start, parameters = local1(layout, 5), local1(layout, PARAMETERS)
+    state, frame = allocate(layout, State), allocate(layout, Frame)
+    solve = allocate(layout, Solve)
+    words = batch.primed.shape[1]
+    for lane in range(layout.lanes):
+        evaluation = min(first + lane, count - 1)
+        pair = evaluation // starts
+        controller = pair // words
+        for i in range(layout.hidden):
+            for source in range(layout.hidden):
+                set_lane(weights, i * inputs + source, lane,
+                         batch.hidden_weights[controller, i, source])
+            for sensor in range(layout.sensors):
+                set_lane(weights, i * inputs + layout.hidden + sensor, lane,
+                         batch.hidden_weights[controller, i, layout.hidden + 1 + sensor])
+            set_lane(state.hidden, i, lane, batch.primed[controller, pair % words, i])
+        for j in range(joints):
+            for source in range(layout.hidden):
+                set_lane(motor_weights, j * layout.hidden + source, lane,
+                         batch.motor_weights[controller, j, source])
+        for i in range(5):
+            set_lane(start, i, lane, batch.start[evaluation, i])
+        for i in range(PARAMETERS):
+            set_lane(parameters, i, lane, batch.parameters[evaluation, i])
+    rest(layout, tables, state, frame, start)
+    outcome = local1(layout, layout.outcomes)
+    _walk(layout, tables, clock, batch, log, first, count, weights, motor_weights, parameters,
+          state, frame, solve, outcome)
+    for lane in range(min(layout.lanes, count - first)):
+        for i in range(layout.outcomes):
+            log.outcome[first + lane, i] = get_lane(outcome, i, lane)
+
+
+@inlined
+def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weights, parameters,
+          state, frame, solve, outcome):
+    """Let one block of robots walk for all control periods; fill `outcome`."""
+    joints = layout.joints
+    motion, composite = local2(layout, layout.links, 6), local2(layout, layout.links, COMPOSITE)
+    touch, felt = local1(layout, layout.touches), local1(layout, layout.touches)
+    senses, new = local1(layout, layout.sensors), local1(layout, layout.hidden)
+    shove = local1(layout, 2)
+    shake = local1(layout, layout.joints)
+    near = [0] * layout.contacts
+    seeds = batch.seeds[first:]
+    for i in range(3, layout.outcomes):
+        outcome[i] = splat(layout, 0.0)
+    for sensor in range(layout.touches):
+        felt[sensor] = splat(layout, 0.0)
+    for j in range(joints):
+        shake[j] = splat(layout, 0.0)
+    shove[0] = splat(layout, 0.0)
+    shove[1] = splat(layout, 0.0)
+    x, y = state.place[0], state.place[1]
+    for t in range(clock.steps):
+        for substep in range(clock.physics_steps):
+            rotations(layout, state, frame)
+            hinge_angles(layout, tables, state)
+            if substep == 0:
+                dx, dy = state.place[0] - x, state.place[1] - y
+                step = vsqrt(dx * dx + dy * dy)
+                outcome[3] = outcome[3] + step
+                outcome[4] = vmax(step, outcome[4])
+                x, y = state.place[0], state.place[1]
+                for j in range(joints):
+                    middle = 0.5 * (tables.upper[j] + tables.lower[j])
+                    half = 0.5 * (tables.upper[j] - tables.lower[j])
+                    state.target[j] = middle + state.motors[j] * half
+                if batch.noisy:
+                    _shake(layout, seeds, t, parameters, shake, shove)
+            for j in range(joints):
+                _servo(layout, tables, clock, state, frame, parameters, shake, j)
+            drives(layout, tables, state, frame, parameters[ERP_PER_H])
+            found = find(layout, tables, state, frame, touch, near)
+            if substep == 0:
+                _sense(layout, tables, batch.noisy, seeds, t, parameters, state, touch, felt,
+                       senses, outcome)
+                if log.steps > 0:
+                    _record(layout, log, first, count, t, state, touch)
+                update(layout, tables, weights, motor_weights, state.hidden, new, state.motors,
+                       senses, t == 0)
+                if t == clock.steps - 1:
+                    break
+            impulse = (shove[0], shove[1], parameters[GRAVITY])
+            balance(layout, tables, state, frame, composite, parameters[BASE_MASS], impulse,
+                    clock.h, solve.a, solve.b)
+            if layout.coulomb == 1:
+                solve_coulomb(layout, tables, state, frame, solve, near, found,
+                              parameters[ERP_PER_H], parameters[SLIP], parameters[FRICTION],
+                              clock.h, clock.second_sweeps)
+            else:
+                solve_viscous(layout, tables, state, frame, solve, near, found,
+                              parameters[ERP_PER_H], parameters[SLIP], clock.h,
+                              clock.first_sweeps, clock.second_sweeps)
+            integrate(layout, tables, state, frame, motion, solve.y, clock.h)
+            shove[0] = splat(layout, 0.0)
+            shove[1] = splat(layout, 0.0)
+    for i in range(3):
+        outcome[i] = state.place[i]
+    for sensor in range(layout.touches):
+        outcome[5 + sensor] = outcome[5 + sensor] / clock.steps
+
+
+@inlined
+def _servo(layout, tables, clock, state, frame, parameters, shake, j):
+    """Work out the rate that joint j's servo asks for; a locked joint corrects its angle."""
+    angle = state.angle[j]
+    if tables.lower[j] == tables.upper[j]:
+        frame.rate[j] = (tables.lower[j] - angle) * parameters[ERP_PER_H]
+    else:
+        rate = (state.target[j] - angle) * (tables.gain[j] * parameters[GAIN])
+        rate = vmin(vmax(rate, -tables.speed_down[j]), tables.speed_up[j]) + shake[j]
+        # A kinematic joint has no stops to run into: it is never driven past its limits.
+        rate = vmin(rate, vmax((tables.upper[j] - angle) / clock.h, 0.0))
+        frame.rate[j] = vmax(rate, vmin((tables.lower[j] - angle) / clock.h, 0.0))
+
+
+@inlined
+def _shake(layout, seeds, t, parameters, shake, shove):
+    """Draw this period's motor noise and push."""
+    for j in range(layout.joints):
+        shake[j] = noise(layout, seeds, t * STREAMS + MOTOR_STREAM + j) * parameters[MOTOR_NOISE]
+    for i in range(2):
+        shove[i] = noise(layout, seeds, t * STREAMS + PUSH_STREAM + i) * parameters[PUSH]
+
+
+@inlined
+def _sense(layout, tables, noisy, seeds, t, parameters, state, touch, felt, senses, outcome):
+    """Turn depths into touch (1 or 0), with the sensors' faults, and gather the sensor neurons."""
+    for i in range(layout.touches):
+        touches = where(touch[i] >= -parameters[TOUCH_GAP], 1.0, touch[i] * 0.0)
+        outcome[5 + i] = outcome[5 + i] + touches
+        if noisy:
+            late = where(parameters[DELAY] > 0.5, felt[i], touches)
+            felt[i] = touches
+            draw = noise(layout, seeds, t * STREAMS + TOUCH_STREAM + i)
+            touches = where(draw * 0.5 + 0.5 < parameters[FLIP], 1.0 - late, late)
+        touch[i] = touches
+    for sensor in range(layout.sensors):
+        source = tables.sensor_source[sensor]
+        if tables.sensor_kind[sensor] == TOUCH:
+            senses[sensor] = touch[source]
+        elif tables.sensor_kind[sensor] == POSITION:
+            senses[sensor] = state.angle[source]
+        else:
+            senses[sensor] = state.motors[source]
+
+
+@inlined
+def _record(layout, log, first, count, t, state, touch):
+    """Write one frame of every lane into the logs."""
+    for lane in range(min(layout.lanes, count - first)):
+        for i in range(3):
+            log.place[first + lane, t, i] = get_lane(state.place, i, lane)
+        for j in range(layout.joints):
+            log.angle[first + lane, t, j] = get_lane(state.angle, j, lane)
+        for i in range(layout.touches):
+            log.touch[first + lane, t, i] = get_lane(touch, i, lane)

@@ -1,0 +1,258 @@
+"""A body and a world as the arrays that the compiled kernel reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from w2b_sim.bodies.inertia import link_inertia
+from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link, Servo, Sphere
+from w2b_sim.worlds import World
+
+#: Kinds of sensors, as the kernel numbers them.
+TOUCH, POSITION, MOTOR = range(3)
+SENSOR_KINDS = {'touch': TOUCH, 'position': POSITION, 'motor': MOTOR}
+
+#: A servo this many times as strong as the greatest torque it can be asked for never saturates.
+TORQUE_MARGIN = 3.0
+
+
+class UnsupportedBodyError(ValueError):
+    """A body is outside what the batched engine models; the message says in what."""
+
+
+class Tables(NamedTuple):
+    """
+    Arrays of one body. Link 0 is the base, joint j moves link j + 1, parents come first.
+
+    Lengths in m, masses in kg; vectors in the axes of their link, or of the parent link for
+    `axis` and `anchor_parent` (from the parent's centre of mass to the hinge). `anchor_child`
+    points from the link's centre of mass to its hinge; `rest` (L, 3) from the base's centre to
+    the link's in the rest pose. A link's inertia tensor is `inertia` * 1 + sum over two axes n
+    of `inertia_along` * n n^T. `contact_offset` points from the link's centre of mass to a
+    sphere's centre. `dynamic` numbers the joints that are unknowns of the solve, -1 for others.
+    """
+
+    parent: NDArray[np.int64]
+    axis: NDArray[Any]
+    anchor_parent: NDArray[Any]
+    anchor_child: NDArray[Any]
+    rest: NDArray[Any]
+    mass: NDArray[Any]
+    inertia: NDArray[Any]
+    inertia_along: NDArray[Any]
+    inertia_axes: NDArray[Any]
+    lower: NDArray[Any]
+    upper: NDArray[Any]
+    gain: NDArray[Any]
+    speed_up: NDArray[Any]
+    speed_down: NDArray[Any]
+    torque: NDArray[Any]
+    time_constant: NDArray[Any]
+    dynamic: NDArray[np.int64]
+    dynamic_joint: NDArray[np.int64]
+    moves: NDArray[np.int64]
+    contact_link: NDArray[np.int64]
+    contact_offset: NDArray[Any]
+    contact_radius: NDArray[Any]
+    contact_touch: NDArray[np.int64]
+    sensor_kind: NDArray[np.int64]
+    sensor_source: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class CompiledBody:
+    """A body's tables in double precision and what they leave out."""
+
+    tables: Tables
+    touch_links: tuple[str, ...]
+    height_m: float
+    hidden: int
+
+    def cast(self, dtype: Any) -> Tables:
+        """Return the tables with numbers of the precision `dtype`."""
+        return Tables(*(np.ascontiguousarray(
+            array, dtype if array.dtype == np.float64 else np.int64) for array in self.tables))
+
+
+def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody:
+    """
+    Return the kernel's arrays of a body.
+
+    Parameters
+    ----------
+    body, world
+        What moves, and where.
+    joints
+        `kinematic`: every joint follows its servo's velocity exactly. `dynamic`: every joint's
+        rate is an unknown of the solve, driven by at most the servo's torque. `auto`: dynamic
+        where the servo may saturate (`servo_saturates`).
+
+    Raises
+    ------
+    UnsupportedBodyError
+        If the body is not a tree of boxes, capsules and spheres on hinges with `Servo`s and
+        sensors of known kinds: the message names the part and the reason.
+
+    """
+    if joints not in ('auto', 'kinematic', 'dynamic'):
+        raise ValueError(f'joints: expected auto, kinematic or dynamic, got {joints!r}')
+    _refuse_what_is_not_modelled(body)
+    links = [body.links[0], *(body.link(joint.child) for joint in body.joints)]
+    number = {link.name: k for k, link in enumerate(links)}
+    centres = np.array([link.centre_m for link in links], dtype=np.float64)
+    parent = np.array([-1] + [number[joint.parent] for joint in body.joints])
+    origins = np.zeros((len(links), 3))
+    for k, joint in enumerate(body.joints, 1):
+        origins[k] = origins[parent[k]] + np.asarray(joint.origin_m)
+    rest = origins + centres
+    anchor_parent = np.zeros((len(links), 3))
+    anchor_parent[1:] = origins[1:] - rest[parent[1:]]
+    axis = np.zeros((len(links), 3))
+    axis[1:] = [_unit(joint.axis) for joint in body.joints]
+    touch_links = tuple(dict.fromkeys(
+        sensor.removeprefix('touch:') for sensor in body.sensors if sensor.startswith('touch:')))
+    moves = _moves(parent)
+    contact = _contacts(links, touch_links)
+    dynamic = np.array([joint.lower_rad < joint.upper_rad and (
+        joints == 'dynamic' or (joints == 'auto' and servo_saturates(
+            joint, links, rest, origins, moves[k], world)))
+        for k, joint in enumerate(body.joints)], dtype=bool)
+    tables = Tables(
+        parent, axis, anchor_parent, -centres, rest - rest[0],
+        np.array([link.mass_kg for link in links]),
+        *_inertias(links),
+        *(np.array(values, dtype=np.float64) for values in zip(*(
+            (joint.lower_rad, joint.upper_rad, joint.servo.gain_per_s,
+             joint.servo.max_speed_up_rad_s, joint.servo.max_speed_down_rad_s,
+             joint.servo.max_torque_nm, joint.time_constant) for joint in body.joints),
+            strict=True)),
+        np.where(dynamic, np.cumsum(dynamic) - 1, -1), np.flatnonzero(dynamic), moves,
+        *contact,
+        *_sensors(body, touch_links))
+    return CompiledBody(tables, touch_links, body.height_m + float(centres[0, 2]),
+                        body.hidden_neurons)
+
+
+def servo_saturates(joint: Joint, links: Sequence[Link], rest: NDArray[np.float64],
+                    origins: NDArray[np.float64], moved: NDArray[np.int64], world: World) -> bool:
+    """
+    Return whether a servo may meet its torque limit, on the safe side.
+
+    The greatest torque it is asked for is taken as the sum of two: to reverse the lighter of the
+    two halves of the body that it joins from its full speed (at least 1 rad/s) within one physics
+    step, and to hold the weight of the whole body by that half's longest lever. Servos below
+    `TORQUE_MARGIN` times that may saturate: contacts couple the joints and add to it.
+    """
+    k = [link.name for link in links].index(joint.child)
+    masses = np.array([link.mass_kg for link in links])
+    lever = np.linalg.norm(rest - origins[k], axis=1)
+    inertia = masses * lever**2 + [np.trace(link_inertia(link)) / 2 for link in links]
+    child = inertia[moved.astype(bool)].sum()
+    others = inertia[~moved.astype(bool)].sum()
+    reduced = child * others / (child + others)
+    speed = max(1.0, joint.servo.max_speed_up_rad_s)
+    reach = min(lever[moved.astype(bool)].max(), lever[~moved.astype(bool)].max())
+    asked = (2 * speed * reduced / world.physics_step_s
+             + masses.sum() * abs(world.gravity_m_s2) * reach)
+    return bool(joint.servo.max_torque_nm < TORQUE_MARGIN * asked)
+
+
+def _refuse_what_is_not_modelled(body: Body) -> None:
+    def refuse(reason: str) -> None:
+        raise UnsupportedBodyError(f'{body.name}: the batched engine does not model {reason}')
+
+    names = [link.name for link in body.links]
+    placed = {names[0]}
+    if len(set(names)) != len(names):
+        refuse('links of the same name')
+    for link in body.links:
+        if not isinstance(link.shape, Box | Capsule | Sphere):
+            refuse(f'the shape {type(link.shape).__name__} of link {link.name}: '
+                   'expected Box, Capsule or Sphere')
+        if not link.mass_kg > 0:
+            refuse(f'link {link.name} without mass: got {link.mass_kg} kg')
+    for joint in body.joints:
+        if type(joint.servo) is not Servo:
+            refuse(f'the servo law {type(joint.servo).__name__} of joint {joint.name}')
+        if joint.child in placed:
+            refuse(f'closed loops: link {joint.child} has a second parent, by joint {joint.name}')
+        if joint.parent not in placed:
+            refuse(f'joint {joint.name} before the joint of its parent link {joint.parent}')
+        if not np.linalg.norm(joint.axis) > 0:
+            refuse(f'joint {joint.name} without an axis')
+        if not joint.lower_rad <= joint.upper_rad:
+            refuse(f'limits of joint {joint.name} that leave no angle')
+        placed.add(joint.child)
+    if loose := set(names) - placed:
+        refuse(f'links that no joint holds: {", ".join(sorted(loose))}')
+    joints = {joint.name for joint in body.joints}
+    for sensor in body.sensors:
+        kind, _colon, source = sensor.partition(':')
+        if kind not in SENSOR_KINDS or source not in (names if kind == 'touch' else joints):
+            refuse(f'the sensor {sensor!r}')
+
+
+def _unit(vector: Sequence[float]) -> NDArray[np.float64]:
+    unit: NDArray[np.float64] = np.asarray(vector, dtype=np.float64)
+    return unit / np.linalg.norm(unit)
+
+
+def _moves(parent: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return (J, L): 1 where joint j moves link k."""
+    moves = np.zeros((len(parent) - 1, len(parent)), dtype=np.int64)
+    for k in range(1, len(parent)):
+        moves[:, k] = moves[:, parent[k]]
+        moves[k - 1, k] = 1
+    return moves
+
+
+def _inertias(links: Sequence[Link]) -> tuple[NDArray[np.float64], ...]:
+    """Write each inertia tensor as a * 1 + b n n^T + c m m^T, c = 0 for the usual shapes."""
+    common, along, axes = [], [], []
+    for link in links:
+        values, vectors = np.linalg.eigh(link_inertia(link))
+        # The middle value is the common one; where two agree (capsules) one axis remains.
+        common.append(values[1])
+        along.append(values[[0, 2]] - values[1])
+        axes.append(vectors[:, [0, 2]].T)
+        if abs(along[-1][0]) < 1e-12 * values[1]:
+            along[-1], axes[-1] = along[-1][::-1], axes[-1][::-1]
+        along[-1] = np.where(np.abs(along[-1]) < 1e-12 * values[1], 0.0, along[-1])
+    return np.array(common), np.array(along), np.array(axes)
+
+
+def _contacts(links: Sequence[Link], touch_links: tuple[str, ...]
+              ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Return link, offset, radius and touch number of the spheres that can meet the floor."""
+    found: list[tuple[int, NDArray[np.float64], float, int]] = []
+    for k, link in enumerate(links):
+        touch = touch_links.index(link.name) if link.name in touch_links else -1
+        shape = link.shape
+        if isinstance(shape, Box):
+            half = np.asarray(shape.size_m) / 2
+            found += [(k, half * [1 if corner & bit else -1 for bit in (1, 2, 4)], 0.0, touch)
+                      for corner in range(8)]
+        elif isinstance(shape, Capsule):
+            end = _unit(shape.axis) * (shape.length_m / 2)
+            found += [(k, -end, shape.radius_m, touch), (k, end, shape.radius_m, touch)]
+        else:
+            found.append((k, np.zeros(3), shape.radius_m, touch))
+    link_numbers, offsets, radii, touches = zip(*found, strict=True)
+    return (np.array(link_numbers), np.array(offsets), np.array(radii, dtype=np.float64),
+            np.array(touches))
+
+
+def _sensors(body: Body, touch_links: tuple[str, ...]
+             ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    joints = [joint.name for joint in body.joints]
+    kinds, sources = [], []
+    for sensor in body.sensors:
+        kind, _colon, source = sensor.partition(':')
+        kinds.append(SENSOR_KINDS[kind])
+        sources.append((touch_links if kind == 'touch' else joints).index(source))
+    return np.array(kinds, dtype=np.int64), np.array(sources, dtype=np.int64)
