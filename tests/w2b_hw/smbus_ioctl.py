@@ -4,6 +4,7 @@ import ctypes
 import errno
 
 from smbus2 import smbus2 as module
+
 from w2b_hw.transport import Read, Write
 
 

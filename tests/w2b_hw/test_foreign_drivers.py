@@ -10,6 +10,7 @@ import smbus2
 from adafruit_lsm6ds import AccelRange, GyroRange
 from adafruit_lsm6ds.lsm6dsox import LSM6DSOX
 from adafruit_pca9685 import PCA9685
+
 from w2b_hw.circuitpython_bus import CircuitPythonBus
 from w2b_hw.emulation.lis3mdl import Lis3mdl
 from w2b_hw.emulation.motion import Motion
@@ -17,7 +18,7 @@ from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.emulation.wire import Wire
 
 sys.path.insert(0, str(Path(__file__).parent))
-from smbus_ioctl import IoctlDoor  # noqa: E402
+from smbus_ioctl import IoctlDoor
 
 
 @pytest.fixture

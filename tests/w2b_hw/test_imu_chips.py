@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.transport import Read, Write
 

@@ -5,6 +5,7 @@ Nothing of the drivers is used here, so that driver and emulator cannot share a 
 """
 
 import pytest
+
 from w2b_hw.emulation.pca9685 import Pca9685
 from w2b_hw.emulation.wire import Wire
 from w2b_hw.transport import Read, Write

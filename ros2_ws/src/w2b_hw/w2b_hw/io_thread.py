@@ -116,15 +116,18 @@ class IoThread:
                 due_s = max(due_s + self._period_s, time.monotonic())
             with self._wake:
                 if not self._stopping and self._target is None and not self._requests:
-                    self._wake.wait(max(0.0, due_s - time.monotonic()))
+                    # Command loss does not wait for the next frame.
+                    wake_s = min(due_s, self._robot.safety.due_s())
+                    self._wake.wait(max(0.0, wake_s - time.monotonic()))
                 stopping, target, self._target = self._stopping, self._target, None
                 requests = list(self._requests)
                 self._requests.clear()
             if stopping:
                 return
+            now_s = time.monotonic()
             if target is not None:
-                now_s = time.monotonic()
                 self._robot.safety.take_target(target, now_s)
+            if target is not None or self._robot.safety.due_s() <= now_s < due_s:
                 self._on_pose(self._robot.drive(now_s))
             for request in requests:
                 request(time.monotonic())

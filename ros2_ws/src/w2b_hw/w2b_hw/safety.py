@@ -32,6 +32,8 @@ class State(Enum):
     FAULT = 'FAULT'
 
 
+#: Times are sums of floats: what is due within a microsecond is due.
+_CLOCK_S = 1e-6
 DRIVEN = frozenset({State.ARMING, State.ACTIVE, State.HOLD, State.PARK})
 
 
@@ -170,6 +172,12 @@ class Safety:
 
     # -- time
 
+    def due_s(self) -> float:
+        """Return when the machine next leaves its state by itself for want of a target."""
+        after_s = {State.ARMING: self.limits.hold_after_s, State.ACTIVE: self.limits.hold_after_s,
+                   State.HOLD: self.limits.park_after_s}.get(self.state, float('inf'))
+        return self._target_at_s + after_s
+
     def step(self, now_s: float) -> Command:
         """
         Return what to send now.
@@ -210,7 +218,7 @@ class Safety:
     def _move(self, elapsed_s: float, now_s: float) -> None:
         limits = self.limits
         if self.state is State.ARMING:
-            if now_s - self._energised_at_s < limits.energise_every_s:
+            if now_s - self._energised_at_s < limits.energise_every_s - _CLOCK_S:
                 return
             if self._energised == len(self._position):
                 self._enter(State.ACTIVE, 'following targets')
@@ -235,7 +243,7 @@ class Safety:
             self.duty_used_s = max(0.0, self.duty_used_s - self.limits.duty_recovery * elapsed_s)
 
     def _age_s(self, now_s: float) -> float:
-        return now_s - self._target_at_s
+        return now_s - self._target_at_s + _CLOCK_S
 
     def _enter(self, state: State, reason: str) -> None:
         self.state, self.reason = state, reason

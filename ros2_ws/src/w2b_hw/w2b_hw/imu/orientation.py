@@ -41,9 +41,13 @@ class Orientation:
                  use_magnetometer: bool = False) -> None:
         self._use_magnetometer = use_magnetometer
         self._ahrs = imufusion.Ahrs()
-        self._ahrs.set_settings(imufusion.AhrsSettings(
-            rate_hz, _CONVENTION, _GAIN, gyroscope_range_dps, _REJECTION_DEG, _REJECTION_DEG,
-            _REJECTION_TIMEOUT_S))
+        settings = imufusion.AhrsSettings(
+            sample_rate=rate_hz, gain=_GAIN, gyroscope_range=gyroscope_range_dps,
+            acceleration_rejection=_REJECTION_DEG, magnetic_rejection=_REJECTION_DEG,
+            rejection_timeout=_REJECTION_TIMEOUT_S)
+        # Set afterwards: the constructor of imufusion 1.3.3 ignores this one.
+        settings.convention = _CONVENTION
+        self._ahrs.set_settings(settings)
 
     @property
     def yaw_variance(self) -> float:

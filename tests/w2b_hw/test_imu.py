@@ -1,0 +1,169 @@
+"""The IMU drivers, their registry and orientation, on emulated chips."""
+
+import math
+
+import numpy as np
+import pytest
+
+from w2b_hw.emulation.faults import FaultyTransport, flipped_bit, is_read_of
+from w2b_hw.emulation.robot import EmulatedRobot
+from w2b_hw.imu import registry
+from w2b_hw.imu.orientation import Orientation
+from w2b_hw.imu.part import FROZEN_AFTER, ImuError, Sample
+
+KINDS = ['lsm6dsox', 'icm20948']
+
+
+class Bench:
+    def __init__(self, kind, name=registry.AUTO):
+        self.now_s = 1.0
+        self.robot = EmulatedRobot(kind, clock=lambda: self.now_s)
+        self.faulty = FaultyTransport(self.robot.wire)
+        self.part = registry.find(self.faulty, name)
+
+    def read(self):
+        self.now_s += 0.05
+        return self.part.read()
+
+
+@pytest.fixture(params=KINDS)
+def bench(request):
+    return Bench(request.param)
+
+
+def test_a_sample_is_what_the_motion_is(bench):
+    motion = bench.robot.motion
+    motion.acceleration_m_s2 = (1.5, -3.0, 9.0)
+    motion.angular_velocity_rad_s = (0.5, -1.0, 3.0)
+    motion.field_t = (20e-6, -30e-6, 40e-6)
+    sample = bench.read()
+    assert sample.acceleration_m_s2 == pytest.approx(motion.acceleration_m_s2, abs=0.005)
+    assert sample.angular_velocity_rad_s == pytest.approx(motion.angular_velocity_rad_s, abs=2e-3)
+    assert sample.field_t == pytest.approx(motion.field_t, abs=0.5e-6)
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_each_part_is_found_by_its_identity_and_by_name(kind):
+    assert Bench(kind).part.name == kind
+    assert Bench(kind, name=kind).part.name == kind
+
+
+def test_none_is_none_and_an_unknown_choice_is_refused():
+    wire = EmulatedRobot('none').wire
+    assert registry.find(wire, 'none') is None
+    with pytest.raises(ValueError, match='imu: expected one of auto, none'):
+        registry.find(wire, 'mpu6050')
+
+
+def test_an_absent_imu_is_an_error_that_names_every_address():
+    with pytest.raises(ImuError, match='0x6a: no answer .error 121.*0x69.*imu:=none'):
+        registry.find(EmulatedRobot('none').wire)
+
+
+def test_an_unknown_part_is_an_error_that_names_what_answered():
+    robot = EmulatedRobot('lsm6dsox')
+    robot.imu_chips[0].registers[0x0F] = 0x6B  # an LSM6DSR
+    with pytest.raises(ImuError, match='0x6a: 0x6b in register 0x0f, not the 0x6c of lsm6dsox'):
+        registry.find(robot.wire)
+
+
+def test_a_part_without_a_magnetometer_gives_no_field():
+    robot = EmulatedRobot('lsm6dsox', clock=lambda: 5.0)
+    robot.wire.chips.remove(robot.imu_chips[1])
+    assert registry.find(robot.wire).read().field_t is None
+
+
+def test_a_frozen_part_is_an_error(bench):
+    bench.read()
+    bench.robot.imu_chips[0].frozen = True
+    with pytest.raises(ImuError, match='no new sample'):
+        bench.read()
+
+
+def test_a_part_that_repeats_itself_is_an_error():
+    bench = Bench('lsm6dsox')
+
+    def same(transport, messages):
+        return [b'\x03\x00' + bytes(14)]
+    bench.faulty.once(same, FROZEN_AFTER, when=is_read_of(0x1E))
+    for _ in range(FROZEN_AFTER - 1):
+        bench.read()
+    with pytest.raises(ImuError, match='frozen: 3 samples with the same bits'):
+        bench.read()
+
+
+@pytest.mark.parametrize('bit', range(24))
+def test_every_flipped_bit_of_the_lsm6dsox_setup_is_noticed(bit):
+    bench = Bench('lsm6dsox')
+    bench.robot.imu_chips[0].registers[0x10 + bit // 8] ^= 1 << bit % 8
+    with pytest.raises(ImuError, match='lost its setup'):
+        bench.read()
+    bench.part.configure()
+    assert bench.read().acceleration_m_s2[2] == pytest.approx(9.81, abs=0.02)
+
+
+@pytest.mark.parametrize(('bank', 'register'), [(0, 0x06), (2, 0x01), (2, 0x14)])
+def test_a_changed_setup_of_the_icm20948_is_noticed_within_a_second(bank, register):
+    bench = Bench('icm20948')
+    bench.read()
+    bench.robot.imu_chips[0].banks[bank][register] ^= 0x02
+    with pytest.raises(ImuError, match='lost its setup'):
+        for _ in range(20):
+            bench.read()
+
+
+def yaw_pitch_roll(quaternion):
+    x, y, z, w = quaternion
+    return (math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+            math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x)))),
+            math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
+
+
+def settled(use_magnetometer=False, force=(0.0, 0.0, 9.80665), seconds=6.0):
+    orientation = Orientation(20.0, 500.0, use_magnetometer)
+    sample = Sample(force, (0.0, 0.0, 0.0), (0.0, 22e-6, -43e-6))
+    for _ in range(int(seconds / 0.05)):
+        quaternion = orientation.update(sample, 0.05)
+    return orientation, quaternion
+
+
+def test_at_rest_it_is_level():
+    assert yaw_pitch_roll(settled()[1])[1:] == pytest.approx((0, 0), abs=1e-3)
+
+
+@pytest.mark.parametrize('tilt_deg', [-40, -10, 25])
+def test_gravity_gives_roll_and_pitch(tilt_deg):
+    tilt = math.radians(tilt_deg)
+    rolled = settled(force=(0.0, 9.80665 * math.sin(tilt), 9.80665 * math.cos(tilt)))[1]
+    assert yaw_pitch_roll(rolled)[2] == pytest.approx(tilt, abs=0.01)
+    pitched = settled(force=(-9.80665 * math.sin(tilt), 0.0, 9.80665 * math.cos(tilt)))[1]
+    assert yaw_pitch_roll(pitched)[1] == pytest.approx(tilt, abs=0.01)
+
+
+def test_the_gyroscope_turns_it_about_the_vertical():
+    orientation, _ = settled()
+    for _ in range(20):
+        quaternion = orientation.update(
+            Sample((0.0, 0.0, 9.80665), (0.0, 0.0, math.radians(90)), None), 0.05)
+    assert yaw_pitch_roll(quaternion)[0] == pytest.approx(math.radians(90), abs=0.02)
+
+
+def test_the_magnetometer_gives_heading_from_east():
+    """Field along y: the robot's y axis points north, so it faces east, yaw 0 (REP-103)."""
+    assert yaw_pitch_roll(settled(use_magnetometer=True)[1])[0] == pytest.approx(0, abs=0.02)
+    assert settled(use_magnetometer=True)[0].yaw_variance < settled()[0].yaw_variance
+
+
+@pytest.mark.parametrize('bit', range(96))
+def test_a_flipped_bit_in_one_sample_turns_the_orientation_by_less_than_two_degrees(bit):
+    """A gyroscope word's top bit is 573 degrees/s for one frame: that much is not hidden."""
+    bench = Bench('lsm6dsox')
+    orientation = Orientation(20.0, bench.part.gyroscope_range_dps)
+    for _ in range(120):
+        before = orientation.update(bench.read(), 0.05)
+    bench.faulty.once(flipped_bit(32 + bit), when=is_read_of(0x1E))
+    after = orientation.update(bench.read(), 0.05)
+    turned = 2 * math.degrees(math.acos(min(1.0, abs(float(np.dot(before, after))))))
+    gyroscope, significance = bit < 48, bit % 16
+    step = 17.5e-3 * 2 ** significance * 0.05 if gyroscope else 0.0
+    assert turned < max(2.0, 1.05 * step + 0.5)
