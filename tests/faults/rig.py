@@ -20,6 +20,7 @@ from w2b_hw.power import Power
 from w2b_hw.robot import Report, Robot
 from w2b_hw.safety import DRIVEN, State
 from w2b_hw.targets import TargetGate, TargetRefusedError
+from w2b_hw.transport import FrameBudget
 
 FRAME_S = 0.05
 ANSWER_S = 0.002
@@ -43,9 +44,10 @@ class Rig:
         self.chips = EmulatedRobot(imu, clock=lambda: self.now_s)
         self.wire = FaultyTransport(self.chips.wire)
         self.supply = _supply(folder)
-        part = registry.find(self.wire)
+        bus = FrameBudget(self.wire)
+        part = registry.find(bus)
         self.now_s += FRAME_S
-        self.robot = Robot(self.wire, self.calibration, part, Power(folder))
+        self.robot = Robot(bus, self.calibration, part, Power(folder))
         self.robot.connect()
         self.gate = TargetGate()
         self.answer: Callable[[int], tuple[Sequence[str], list[list[float]], int] | None] = \

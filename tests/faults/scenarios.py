@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
+
 from tests.faults.rig import FRAME_S, Rig
 from w2b_hw import calibration
 from w2b_hw.calibration import CalibrationError
@@ -362,13 +364,9 @@ def imu_wrong() -> Outcome:
 
 
 def _refused_imu(chips: EmulatedRobot, message: str) -> None:
-    try:
+    with pytest.raises(ImuError, match=message):
         registry.find(chips.wire)
-    except ImuError as error:
-        assert message in str(error)
-        assert not any(chips.pca9685.pulses_us())
-    else:
-        raise AssertionError('an IMU was found')
+    assert not any(chips.pca9685.pulses_us())
 
 
 def _imu_lost(rig: Rig) -> Outcome:
@@ -444,12 +442,8 @@ def bad_calibration() -> Outcome:
         for text in (None, '', good[:200], good.replace('1500.0', '1600.0', 1),
                      good.replace('version: 1', 'version: 2'), good.replace('hip', 'tail')):
             path.unlink(missing_ok=True) if text is None else path.write_text(text)
-            try:
+            with pytest.raises(CalibrationError, match='calibrat'):
                 calibration.load(path)
-            except CalibrationError as error:
-                assert 'calibrat' in str(error)
-            else:
-                raise AssertionError(f'accepted: {text!r}')
     return Outcome(0, 0)
 
 

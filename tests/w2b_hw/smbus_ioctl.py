@@ -1,4 +1,4 @@
-"""The two ioctls of smbus2, answered by emulated chips: its own code runs down to the kernel's door."""
+"""The ioctls of smbus2, answered by emulated chips: its own code runs to the kernel's door."""
 
 import ctypes
 import errno

@@ -56,7 +56,7 @@ def test_none_is_none_and_an_unknown_choice_is_refused():
 
 
 def test_an_absent_imu_is_an_error_that_names_every_address():
-    with pytest.raises(ImuError, match='0x6a: no answer .error 121.*0x69.*imu:=none'):
+    with pytest.raises(ImuError, match=r'0x6a: no answer .error 121.*0x69.*imu:=none'):
         registry.find(EmulatedRobot('none').wire)
 
 

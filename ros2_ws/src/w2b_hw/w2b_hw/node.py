@@ -34,7 +34,7 @@ from w2b_hw.robot import Report, Robot
 from w2b_hw.safety import State
 from w2b_hw.servo_bank import ChipStateError
 from w2b_hw.targets import TargetGate, TargetRefusedError
-from w2b_hw.transport import DEFAULT_DEVICE, EMULATED, FrameBudget, Transport, open_transport
+from w2b_hw.transport import DEFAULT_DEVICE, EMULATED, FrameBudget, open_transport
 from w2b_hw.watchdog import Systemd
 
 RATE_HZ = 20.0
@@ -58,7 +58,7 @@ class HardwareNode(LifecycleNode):
         self.declare_parameter('autostart', True)
         self.declare_parameter('auto_arm', False)
         self._systemd = Systemd()
-        self._transport: Transport | None = None
+        self._bus: FrameBudget | None = None
         self._guard: Guard | None = None
         self._robot: Robot | None = None
         self._io: IoThread | None = None
@@ -100,10 +100,9 @@ class HardwareNode(LifecycleNode):
 
     def _configure(self, name: str) -> None:
         found = self._calibration(name)
-        self._transport = open_transport(name)
-        chips = FrameBudget(self._transport)
-        self._part = registry.find(chips, str(self.get_parameter('imu').value))
-        self._robot = Robot(self._transport, found, self._part, Power(), rate_hz=RATE_HZ,
+        self._bus = FrameBudget(open_transport(name))
+        self._part = registry.find(self._bus, str(self.get_parameter('imu').value))
+        self._robot = Robot(self._bus, found, self._part, Power(), rate_hz=RATE_HZ,
                             use_magnetometer=bool(self.get_parameter('use_magnetometer').value))
         self._robot.connect()
         if name != EMULATED:
@@ -154,9 +153,9 @@ class HardwareNode(LifecycleNode):
 
     def _release(self) -> None:
         self._stop()
-        if self._transport is not None:
-            self._transport.close()
-            self._transport = None
+        if self._bus is not None:
+            self._bus.close()
+            self._bus = None
         if self._guard is not None:
             self._guard.close()
             self._guard = None

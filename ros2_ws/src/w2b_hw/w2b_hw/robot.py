@@ -15,7 +15,7 @@ from w2b_hw.joints import limit_rad
 from w2b_hw.power import Power
 from w2b_hw.safety import DRIVEN, Command, Limits, Pose, Safety, State
 from w2b_hw.servo_bank import ChipStateError, ServoBank
-from w2b_hw.transport import FrameBudget, Transport
+from w2b_hw.transport import FrameBudget
 
 #: Frames in a row without the bus, or without a sample, that are borne.
 FAULT_AFTER_FRAMES = 3
@@ -55,12 +55,12 @@ class Robot:
 
     Parameters
     ----------
-    transport
-        The bus.
+    bus
+        The bus, with the frame's budget of retries.
     calibration
         Of this robot; there is no robot without one.
     imu
-        From `imu.registry.find`, or None.
+        From `imu.registry.find` on the same bus, or None.
     power
         The undervoltage alarm.
     rate_hz
@@ -72,12 +72,12 @@ class Robot:
 
     """
 
-    def __init__(self, transport: Transport, calibration: Calibration, imu: Part | None,
+    def __init__(self, bus: FrameBudget, calibration: Calibration, imu: Part | None,
                  power: Power, *, rate_hz: float = 20.0, limits: Limits | None = None,
                  use_magnetometer: bool = False) -> None:
         board = calibration.board
         self._servos = calibration.servos
-        self._bus = FrameBudget(transport)
+        self._bus = bus
         self._bank = ServoBank(self._bus, [servo.channel for servo in self._servos],
                                address=board.address, oscillator_hz=board.oscillator_hz,
                                frequency_hz=board.frequency_hz)
