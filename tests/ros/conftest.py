@@ -56,10 +56,26 @@ def system(environment, tmp_path):
     system.close()
 
 
-@pytest.fixture
-def walking(system):
-    """A paused sim at its start and a brain that listens."""
+@pytest.fixture(scope='module')
+def _sim_and_brain(environment, tmp_path_factory):
+    """One sim and one brain for a module's tests that leave them as they are."""
+    system = System(environment, tmp_path_factory.mktemp('system'))
     system.start('sim', paused=True)
     system.start('brain')
     system.wait_for_brain()
+    yield system
+    system.close()
+
+
+@pytest.fixture
+def walking(_sim_and_brain):
+    """A paused sim at its start, and a brain that was activated and heard nothing yet."""
+    system = _sim_and_brain
+    system.pause(True)
+    assert system.transition('deactivate')
+    system.forget()
+    system.answers.clear()
+    assert system.transition('activate')
+    system.wait_for_brain()
+    system.reset()
     return system

@@ -20,7 +20,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -88,35 +88,52 @@ class System:
         self.node = Node('test_client', context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
+        self._since_ns = 0
         self.positions_m: dict[int, list[float]] = {}
         self.targets_rad: dict[int, dict[str, float]] = {}
-        self.target_count = 0
         self.answers: list[DiagnosticStatus] = []
         self.statuses: dict[str, DiagnosticStatus] = {}
-        self.status_history: list[DiagnosticStatus] = []
         node = self.node
+        self._commands = node.create_publisher(String, 'command', 10)
         node.create_subscription(Odometry, 'odom', self._on_odometry, EVERYTHING)
         node.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, EVERYTHING)
         node.create_subscription(DiagnosticStatus, 'command_answer', self.answers.append, LATCHED)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, EVERYTHING)
 
+    def forget_before(self, first_ns: int) -> None:
+        """Forget the frames before a stamp, also those that are still under way."""
+        self._since_ns = first_ns
+        for seen in (self.positions_m, self.targets_rad):
+            for stamp in [stamp for stamp in seen if stamp < first_ns]:
+                del seen[stamp]
+
+    def forget(self) -> None:
+        """Forget what was seen so far, but the answers to commands."""
+        self._since_ns = 0
+        self.positions_m.clear()
+        self.targets_rad.clear()
+        self.statuses.clear()
+
     def _on_odometry(self, message: Odometry) -> None:
         point = message.pose.pose.position
-        self.positions_m[stamp_ns(message.header.stamp)] = [point.x, point.y, point.z]
+        if stamp_ns(message.header.stamp) >= self._since_ns:
+            self.positions_m[stamp_ns(message.header.stamp)] = [point.x, point.y, point.z]
 
     def _on_targets(self, message: JointTrajectory) -> None:
-        self.target_count += 1
-        self.targets_rad[stamp_ns(message.header.stamp)] = dict(
-            zip(message.joint_names, message.points[0].positions, strict=False)
-            if message.points else ())
+        if stamp_ns(message.header.stamp) >= self._since_ns:
+            self.targets_rad[stamp_ns(message.header.stamp)] = dict(
+                zip(message.joint_names, message.points[0].positions, strict=False)
+                if message.points else ())
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             self.statuses[status.name] = status
-            self.status_history.append(status)
 
     def start(self, executable: str, *arguments: str, **parameters: object) -> Process:
         """Start an installed node with ROS parameters."""
+        if executable == 'brain' and 'claim_wait' not in parameters:
+            # Where only one brain is started, looking for another need not take long.
+            parameters['claim_wait'] = 0.2
         package = 'w2b_sim' if executable == 'sim' else 'w2b_controller'
         path = Path(self._environment['W2B_INSTALL']) / package / 'lib' / package / executable
         ros = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
@@ -158,10 +175,12 @@ class System:
         assert self.call(SetBool, 'sim/pause', SetBool.Request(data=paused)).success
 
     def reset(self) -> int:
-        """Put the robot back to its start; return the stamp of its first frame."""
+        """Put the robot back to its start, forget its past, return its first frame's stamp."""
         response = self.call(Trigger, 'sim/reset', Trigger.Request())
         assert response.success
-        return round(float(response.message.split()[-1]) * 1e9)
+        self._since_ns = round(float(response.message.split()[-1]) * 1e9)
+        self.forget_before(self._since_ns)
+        return self._since_ns
 
     def transition(self, label: str) -> bool:
         """Ask the brain for a transition; return whether it succeeded."""
@@ -176,6 +195,14 @@ class System:
         process = self.start('say', *words)
         self.wait(lambda: process.exit_code is not None, f'the end of say {words}')
         return process
+
+    def tell(self, text: str | bytes) -> tuple[int, str, dict[str, str]]:
+        """Publish a command, raw bytes as they are, and return level, message, values."""
+        self.wait(lambda: self.answers and self._commands.get_subscription_count(), 'a brain')
+        count = int(values_of(self.answers[-1])['received'])
+        self._commands.publish(text if isinstance(text, bytes) else String(data=text))
+        self.wait(lambda: int(values_of(self.answers[-1])['received']) > count, 'an answer')
+        return self.last_answer()
 
     def wait_for_brain(self) -> None:
         """Wait until a brain listens."""
@@ -215,9 +242,3 @@ class System:
             if not process.killed and process.name in ('brain', 'sim') and \
                     not getattr(process, 'may_fail', False):
                 assert code == 0, f'{process.name} ended with {code}\n{self.logs()}'
-
-
-def joint_states(names: list[str], positions: list[float], stamp: Any) -> JointState:
-    message = JointState(name=names, position=positions)
-    message.header.stamp = stamp
-    return message

@@ -21,22 +21,20 @@ FEET = [sensor.removeprefix('touch:') for sensor in BODY.sensors]
 
 
 @cache
-def offline_positions_m(text: str) -> np.ndarray:
-    """Return the positions (500, 3) of the shipped quadruped's base under a command."""
+def offline_positions_m(text: str, steps: int = STEPS) -> np.ndarray:
+    """Return the positions (steps, 3) of the shipped quadruped's base under a command."""
     simulation = PyBulletSimulation(BODY, WORLDS[BODY.world])
     try:
         return rollout(simulation, BODY, CONTROLLER.network,
-                       Vocabulary.load().phrase(text).signal, STEPS).position_m
+                       Vocabulary.load().phrase(text).signal, steps).position_m
     finally:
         simulation.close()
 
 
-def assert_repeats(system, first_stamp_ns: int, text: str) -> None:
+def assert_repeats(system, first_stamp_ns: int, text: str, steps: int = STEPS) -> None:
     """Assert that what the client saw since a stamp is the offline evaluation to 1e-9 m."""
     period_ns = round(CONTROLLER.period_s * 1e9)
-    stamps = [first_stamp_ns + number * period_ns for number in range(STEPS)]
-    system.wait(lambda: stamps[-1] in system.positions_m, f'frame {STEPS}', deadline_s=60.0)
+    stamps = [first_stamp_ns + number * period_ns for number in range(steps)]
+    system.wait(lambda: stamps[-1] in system.positions_m, f'frame {steps}', deadline_s=60.0)
     seen = np.array([system.positions_m[stamp] for stamp in stamps])
-    expected = offline_positions_m(text)
-    assert np.linalg.norm(expected[-1] - expected[0]) < 20.0
-    assert np.abs(seen - expected).max() < 1e-9
+    assert np.abs(seen - offline_positions_m(text, steps)).max() < 1e-9

@@ -7,6 +7,9 @@ from collections.abc import Sequence
 
 from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -27,6 +30,7 @@ from w2b_controller.ros_messages import (
     to_diagnostic,
     to_stamp,
 )
+from w2b_controller.ros_process import StartError
 from w2b_controller.status import Level, Status
 from w2b_controller.vocabulary import Vocabulary
 
@@ -50,6 +54,8 @@ PARAMETERS = (
               'Where the joints shall go (trajectory_msgs/JointTrajectory).'),
     Parameter('diagnostics_topic', '/diagnostics', 'How the brain is.'),
 )
+TOPICS = tuple(parameter.name.removesuffix('_topic') for parameter in PARAMETERS
+               if parameter.name.endswith('_topic'))
 RIVAL = 'another brain is active: neither sends targets until one is stopped'
 
 
@@ -64,18 +70,26 @@ class BrainNode(ManagedNode):
         self._vocabulary: Vocabulary | None = None
         self._brain: Brain | None = None
         self._rival = False
-        self._subscriptions_active: list = []
+        self._ears: list[Subscription] = []
         self._reporter = DiagnosticsReporter(
-            self, self._statuses, self._hardware_id, self._text('diagnostics_topic'))
+            self, self._statuses, self._hardware_id, self._topic('diagnostics'))
 
     def _text(self, name: str) -> str:
         return str(self.get_parameter(name).value)
 
     def _topic(self, name: str) -> str:
-        return self.resolve_topic_name(self._text(f'{name}_topic'))
+        """Return the full name of a topic parameter (StartError if it is none)."""
+        topic = self._text(f'{name}_topic')
+        try:
+            return self.resolve_topic_name(topic)
+        except rclpy_implementation.RCLError as error:
+            raise StartError(f'{name}_topic: expected the name of a topic, got {topic!r} '
+                             f'({str(error).split(", at ")[0]})') from error
 
     def configure(self) -> None:
         """Load controller and vocabulary (ValueError, OSError)."""
+        for topic in TOPICS:
+            self._topic(topic)
         name = self._text('controller')
         self._controller = controller_file.load(controller_file.resolve(name))
         self._vocabulary = Vocabulary.load(self._text('vocabulary'))
@@ -94,12 +108,12 @@ class BrainNode(ManagedNode):
         self._answers = self.create_publisher(
             DiagnosticStatus, self._topic('command_answer'), LATCHED)
         self._publish_answer(self._brain.greet())
-        self._subscriptions_active = [
+        self._ears = [
             self.create_subscription(String, self._topic('command'), self._on_command, COMMANDS),
             self.create_subscription(JointState, self._topic('joint_states'),
                                      self._on_joint_states, FRAMES_IN)]
         if self._brain.uses_contacts:
-            self._subscriptions_active.append(self.create_subscription(
+            self._ears.append(self.create_subscription(
                 JointState, self._topic('contacts'), self._on_contacts, FRAMES_IN))
 
     def deactivate(self) -> None:
@@ -107,9 +121,9 @@ class BrainNode(ManagedNode):
         if self._brain is None:
             return
         self._brain = None
-        for subscription in self._subscriptions_active:
+        for subscription in self._ears:
             self.destroy_subscription(subscription)
-        self._subscriptions_active = []
+        self._ears = []
         self.destroy_publisher(self._answers)
         self.destroy_publisher(self._targets)
 
@@ -124,10 +138,8 @@ class BrainNode(ManagedNode):
             for topic in (self._topic('joint_trajectory'), self._topic('command_answer')):
                 others = self.get_publishers_info_by_topic(topic)
                 if others:
-                    other = others[0]
-                    name = f'{other.node_namespace.rstrip("/")}/{other.node_name}'
-                    raise ValueError(f'node {name} already publishes on {topic}, and two brains '
-                                     'cannot move one body: stop it first')
+                    raise ValueError(f'{_name(others[0])} already publishes on {topic}, and two '
+                                     'brains cannot move one body: stop it first')
             if time.monotonic() >= until_s:
                 return
             time.sleep(0.02)
@@ -207,3 +219,10 @@ class BrainNode(ManagedNode):
             return Status(Level.WARN, status.name, f'{status.message}; {frames} nodes publish on '
                           f'{self._topic("joint_states")}', status.values)
         return status
+
+
+def _name(publisher: TopicEndpointInfo) -> str:
+    """Return the node's name, which is discovered a little later than its publishers."""
+    if 'UNKNOWN' in publisher.node_name:
+        return 'another node'
+    return f'the node {publisher.node_namespace.rstrip("/")}/{publisher.node_name}'

@@ -14,6 +14,8 @@ from w2b_controller.vocabulary import UnknownWordError, Vocabulary, VocabularyEr
 
 #: Of a command's text in its answer and in the log.
 CHARACTERS_SHOWN = 300
+#: What ROS puts in the place of bytes that are no UTF-8: a damaged word must not pass for another.
+REPLACEMENT = '\ufffd'
 #: Trained words that an answer compares each word with.
 NEAREST_SHOWN = 3
 
@@ -82,6 +84,8 @@ class Ear:
     def hear(self, text: str) -> tuple[Answer, NDArray[np.float64] | None]:
         """Return the answer and the signal to prime the network with, None if it is refused."""
         self.received += 1
+        if REPLACEMENT in text:
+            return self._refusal(text, 'command: expected text in UTF-8, got other bytes'), None
         try:
             phrase = self._vocabulary.phrase(text)
         except UnknownWordError as error:

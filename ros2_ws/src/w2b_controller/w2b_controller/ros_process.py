@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 POLL_S = 0.1
 
 
-class StartError(RuntimeError):
+class StartError(ValueError):
     """A node cannot start; one line says why and what to do."""
 
 

@@ -26,7 +26,7 @@ LIMIT_TOLERANCE_RAD = 1e-6
 #: Paced: targets in answer to a frame older than this are refused.
 OLDEST_ANSWER_S = 0.5
 #: Without targets for this long a warning is given; refused ones stay a warning for as long.
-WARNING_S = 2.0
+WARNING_S = 1.0
 
 
 class TargetError(ValueError):

@@ -1,0 +1,103 @@
+"""The sim node: what it publishes, its services, and its clock."""
+
+import math
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+from tests.ros.harness import EVERYTHING
+from tests.ros.offline import FEET, JOINTS
+from w2b_controller.ros_messages import stamp_ns
+
+
+def collect(system, kind, topic):
+    messages = []
+    system.node.create_subscription(kind, topic, messages.append, EVERYTHING)
+    return messages
+
+
+def test_a_frame_is_one_stamp_on_four_topics(system):
+    joints = collect(system, JointState, 'joint_states')
+    contacts = collect(system, JointState, 'contacts')
+    odometry = collect(system, Odometry, 'odom')
+    clock = collect(system, Clock, '/clock')
+    system.start('sim')
+    system.wait(lambda: joints and contacts and odometry and clock, 'a frame')
+    assert joints[0].name == JOINTS
+    assert len(joints[0].position) == len(joints[0].velocity) == len(JOINTS)
+    assert contacts[0].name == FEET
+    assert set(contacts[0].position) <= {0.0, 1.0}
+    assert (odometry[0].header.frame_id, odometry[0].child_frame_id) == ('odom', 'base_link')
+    stamps = {stamp_ns(message.header.stamp) for message in (joints[0], contacts[0], odometry[0])}
+    assert stamps == {stamp_ns(clock[0].clock)} == {50_000_000}
+
+
+def test_without_an_answer_the_same_frame_is_sent_again(system):
+    joints = collect(system, JointState, 'joint_states')
+    system.start('sim', republish_timeout=0.05)
+    system.wait(lambda: len(joints) >= 5, 'repetitions')
+    assert len({stamp_ns(message.header.stamp) for message in joints}) == 1
+
+
+def test_a_body_without_touch_sensors_has_no_contacts(system):
+    system.start('sim', body='quadruped_blind')
+    system.wait(lambda: system.positions_m, 'a frame')
+    assert system.node.count_publishers('contacts') == 0
+
+
+def test_seeded_starts_differ_a_little_and_repeat(system):
+    starts = []
+    for _ in range(2):
+        sim = system.start('sim', seed=7)
+        heights = []
+        for _ in range(3):
+            first = system.reset()
+            system.wait(lambda first=first: first in system.positions_m, 'the start')
+            heights.append(system.positions_m[first][2])
+        starts.append(heights)
+        sim.stop()
+    assert starts[0] == starts[1]
+    assert len(set(starts[0])) == 3
+    assert all(0.12 - 1e-9 <= height <= 0.122 + 1e-9 for height in starts[0])
+
+
+def test_start_parameters_and_heading(system):
+    odometry = collect(system, Odometry, 'odom')
+    system.start('sim', start_height=0.05, start_yaw=math.pi / 2)
+    system.wait(lambda: odometry, 'a frame')
+    pose = odometry[0].pose.pose
+    assert math.isclose(pose.position.z, 0.17)
+    assert math.isclose(pose.orientation.z, math.sin(math.pi / 4), abs_tol=1e-9)
+
+
+def test_paced_walks_with_the_clock_and_holds_still_without_a_brain(system):
+    system.start('sim', real_time_factor=10.0)
+    brain = system.start('brain')
+    system.wait_for_brain()
+    assert system.tell('forward')[0] == 0
+    system.spin_for_frames(1)
+    before = system.positions_m[max(system.positions_m)]
+    system.spin_for_frames(200)
+    walked = np.subtract(system.positions_m[max(system.positions_m)], before)
+    assert walked[0] > 0.05
+    brain.kill()
+    system.wait_for_status('sim: targets', 1, 'no targets: the body holds its last targets')
+    system.spin_for_frames(20)
+    settled = system.positions_m[max(system.positions_m)]
+    system.spin_for_frames(100)
+    rest = np.subtract(system.positions_m[max(system.positions_m)], settled)
+    assert np.abs(rest).max() < 0.01
+
+
+def test_pause_after_stops_the_clock_at_that_frame(system):
+    system.start('sim', pause_after=30)
+    system.start('brain')
+    system.wait_for_status('sim: clock', 0, 'lockstep, paused')
+    system.wait(lambda: len(system.positions_m) >= 30, '30 frames')
+    first = system.reset()
+    system.pause(False)
+    system.wait_for_status('sim: clock', 0, 'lockstep, paused')
+    system.wait(lambda: first + 29 * 50_000_000 in system.positions_m, '30 more frames')
+    assert max(system.positions_m) == first + 29 * 50_000_000
