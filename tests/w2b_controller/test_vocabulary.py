@@ -1,6 +1,7 @@
 """The vocabulary: what it holds, how words are found, and what is refused."""
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -216,12 +217,14 @@ def test_default_loads_in_a_second_and_150_mb():
                'searched = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n'
                'print(json.dumps([looked_up, searched]))')
     lookup = program.split('v.keyed_vectors')[0]
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
     times = []
     for _ in range(3):  # the best of three: other processes may be at work
         began = time.perf_counter()
-        subprocess.run([sys.executable, '-c', lookup], check=True, timeout=60)
+        subprocess.run([sys.executable, '-c', lookup], check=True, timeout=60,
+                       env=environment)
         times.append(time.perf_counter() - began)
     assert min(times) < 1.0
     out = subprocess.run([sys.executable, '-c', program], check=True, capture_output=True,
-                         timeout=60).stdout
+                         timeout=60, env=environment).stdout
     assert all(kilobytes < 150 * 1024 for kilobytes in json.loads(out))

@@ -2,6 +2,7 @@
 
 import fcntl
 import hashlib
+import os
 import subprocess
 import sys
 import zipfile
@@ -120,7 +121,8 @@ def test_kill_leaves_nothing_that_can_be_loaded_and_the_next_installation_tidies
                'def die(what, done, total):\n'
                '    if what == "writing": os.kill(os.getpid(), signal.SIGKILL)\n'
                'install.install_file(Path(sys.argv[1]), "big", die)\n')
-    done = subprocess.run([sys.executable, '-c', program, str(source)], check=False, timeout=60)
+    done = subprocess.run([sys.executable, '-c', program, str(source)], check=False, timeout=60,
+                          env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)})
     assert done.returncode == -9
     assert store.installed() == {}
     assert [name[:6] for name in left_behind(data)] == ['.part-']
