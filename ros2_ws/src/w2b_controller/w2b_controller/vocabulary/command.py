@@ -110,10 +110,14 @@ def _progress_bar() -> Iterator[Report]:
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True,
                   disable=not console.is_terminal) as progress:
-        task = progress.add_task('', total=None)
-
         def report(what: str, done: int, total: int) -> None:
-            progress.update(task, description=what, completed=done, total=total or None)
+            # One task at a time: the remaining time of each is its own.
+            for task in progress.tasks:
+                if task.description != what:
+                    progress.remove_task(task.id)
+            if not progress.tasks:
+                progress.add_task(what, total=total or None)
+            progress.update(progress.tasks[0].id, completed=done)
         yield report
 
 
