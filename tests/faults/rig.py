@@ -45,10 +45,10 @@ class Rig:
         self.wire = FaultyTransport(self.chips.wire)
         self.supply = _supply(folder)
         bus = FrameBudget(self.wire)
-        part = registry.find(bus)
-        self.now_s += FRAME_S
-        self.robot = Robot(bus, self.calibration, part, Power(folder))
+        self.robot = Robot(bus, self.calibration, Power(folder))
         self.robot.connect()
+        self.robot.attach_imu(registry.find(bus))
+        self.now_s += FRAME_S
         self.gate = TargetGate()
         self.answer: Callable[[int], tuple[Sequence[str], list[list[float]], int] | None] = \
             self.walk

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
 
 from w2b_controller.status import Level, Status
@@ -17,12 +16,6 @@ from w2b_hw.safety import State
 
 #: REP-145: element 0 of a covariance is -1 for what is not reported.
 NOT_REPORTED = -1.0
-
-
-def time_message(stamp_ns: int) -> Time:
-    """Return a stamp as a message."""
-    seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
-    return Time(sec=seconds, nanosec=nanoseconds)
 
 
 def joint_states(report: Report, stamp: Time) -> JointState:
@@ -113,18 +106,6 @@ def statuses(report: Report, *, imu: str, targets: Mapping[str, str], refusal: s
                refusal or 'no target was refused lately', targets),
         Status(Level.OK, 'hardware: frames', 'frames on time', frames),
     ]
-
-
-def diagnostics(parts: Sequence[Status], hardware_id: str, stamp: Time) -> DiagnosticArray:
-    """Return the statuses as a message."""
-    message = DiagnosticArray(status=[
-        DiagnosticStatus(level=bytes([part.level]), name=part.name, message=part.message,
-                         hardware_id=hardware_id,
-                         values=[KeyValue(key=key, value=value)
-                                 for key, value in part.values.items()])
-        for part in parts])
-    message.header.stamp = stamp
-    return message
 
 
 def _diagonal(variances: Sequence[float]) -> list[float]:

@@ -59,8 +59,6 @@ class Robot:
         The bus, with the frame's budget of retries.
     calibration
         Of this robot; there is no robot without one.
-    imu
-        From `imu.registry.find` on the same bus, or None.
     power
         The undervoltage alarm.
     rate_hz
@@ -72,8 +70,8 @@ class Robot:
 
     """
 
-    def __init__(self, bus: FrameBudget, calibration: Calibration, imu: Part | None,
-                 power: Power, *, rate_hz: float = 20.0, limits: Limits | None = None,
+    def __init__(self, bus: FrameBudget, calibration: Calibration, power: Power, *,
+                 rate_hz: float = 20.0, limits: Limits | None = None,
                  use_magnetometer: bool = False) -> None:
         board = calibration.board
         self._servos = calibration.servos
@@ -82,9 +80,9 @@ class Robot:
                                address=board.address, oscillator_hz=board.oscillator_hz,
                                frequency_hz=board.frequency_hz)
         self.safety = Safety(limits or limits_of(calibration))
-        self._imu = imu
-        self._orientation = None if imu is None else Orientation(
-            rate_hz, imu.gyroscope_range_dps, use_magnetometer)
+        self._imu: Part | None = None
+        self._orientation: Orientation | None = None
+        self._use_magnetometer = use_magnetometer
         self._power = power
         self._period_s = 1.0 / rate_hz
         self._bus_failures = 0
@@ -103,6 +101,12 @@ class Robot:
         self._bus.begin_frame()
         self._bank.connect()
         self._off_confirmed = True
+
+    def attach_imu(self, imu: Part | None) -> None:
+        """Take the IMU that `imu.registry.find` found on the same bus."""
+        self._imu = imu
+        self._orientation = None if imu is None else Orientation(
+            1.0 / self._period_s, imu.gyroscope_range_dps, self._use_magnetometer)
 
     def arm(self, now_s: float) -> str | None:
         """Set the chip up anew and start energising; return None, or why not."""
@@ -163,6 +167,16 @@ class Robot:
         """Turn everything off now, whatever the state (OSError if the chip does not answer)."""
         self._bus.begin_frame()
         self._turn_off()
+
+    def disarm(self, now_s: float) -> str | None:
+        """Park, then turn everything off; return None, or why not."""
+        self.safety.park('asked to disarm', now_s)
+        return None
+
+    def stop(self, now_s: float) -> str | None:
+        """Turn everything off as an emergency stop; return None, or why that is not certain."""
+        self.emergency_stop('emergency stop')
+        return None if self._off_confirmed else 'the servo chip does not answer'
 
     def emergency_stop(self, reason: str) -> None:
         """Turn everything off now and stay so until armed again."""

@@ -1,0 +1,279 @@
+"""
+The lifecycle node `hardware`: joint targets in, sensor frames out, servos and IMU on the bus.
+
+It takes what the simulation takes and gives what it gives, so that the brain runs unchanged.
+Nothing is driven until `~/arm` is called (or `auto_arm` is set), with a calibration that fits and
+targets that are fresh.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from w2b_controller.diagnostics import DiagnosticsReporter
+from w2b_controller.managed_node import ManagedNode, Parameter, declare
+from w2b_controller.ros_messages import FRAMES_OUT, TARGETS, stamp_ns, to_stamp
+from w2b_controller.status import Level, Status
+from w2b_hw import calibration, messages
+from w2b_hw.guard import Guard
+from w2b_hw.imu import registry
+from w2b_hw.imu.orientation import HEADING_VARIANCE, NO_HEADING_VARIANCE
+from w2b_hw.imu.part import ImuError, Part
+from w2b_hw.io_thread import IoThread
+from w2b_hw.power import Power
+from w2b_hw.robot import Report, Robot
+from w2b_hw.servo_bank import ChipStateError
+from w2b_hw.targets import TargetGate, TargetRefusedError
+from w2b_hw.transport import DEFAULT_DEVICE, EMULATED, FrameBudget, open_transport
+from w2b_hw.watchdog import Systemd
+
+RATE_HZ = 20.0
+PULSES = QoSProfile(depth=10)
+DEFAULT_CALIBRATION = '~/.config/w2b/calibration.yaml'
+PARAMETERS = (
+    Parameter('autostart', True, 'Configure and activate without being asked.'),
+    Parameter('auto_arm', False, 'Arm with the first target, once; a fault needs ~/arm again.'),
+    Parameter('transport', DEFAULT_DEVICE,
+              'I2C bus: a device, or emulated, or emulated:SOCKET for chips in another process.'),
+    Parameter('calibration', DEFAULT_CALIBRATION,
+              'Calibration file. Emulated chips need none: an ideal robot is the default there.'),
+    Parameter('imu', registry.AUTO, f'One of {", ".join(registry.CHOICES)}.'),
+    Parameter('use_magnetometer', False, 'Heading from the magnetic field, which servos bend.'),
+    Parameter('imu_frame_id', 'imu_link', 'Frame of the IMU messages.'),
+)
+_BATTERY_EVERY_S = 1.0
+_CHECK_EVERY_S = 0.1
+_EXECUTOR_SILENT_AFTER_S = 1.0
+_REFUSAL_SHOWN_S = 2.0
+
+
+class HardwareNode(ManagedNode):
+    """Configure: bus, chips, calibration. Activate: frames. The safety machine does the rest."""
+
+    expected_errors = (ValueError, OSError, ImuError, ChipStateError)
+
+    def __init__(self) -> None:
+        super().__init__('hardware')
+        declare(self, PARAMETERS)
+        self._systemd = Systemd()
+        self._bus: FrameBudget | None = None
+        self._guard: Guard | None = None
+        self._robot: Robot | None = None
+        self._io: IoThread | None = None
+        self._part: Part | None = None
+        self._gate = TargetGate()
+        self._refusal, self._refused_at_s = '', float('-inf')
+        self._auto_arm = False
+        self._frames: deque[tuple[int, Report]] = deque(maxlen=4)
+        self._poses: deque[tuple[int, Report]] = deque(maxlen=16)
+        self._last: Report | None = None
+        self._executor_at_s = 0.0
+        self._joint_states = self.create_publisher(JointState, 'joint_states', FRAMES_OUT)
+        self._pulses = self.create_publisher(JointState, 'pulses', PULSES)
+        self._imu_raw = self.create_publisher(Imu, 'imu/data_raw', FRAMES_OUT)
+        self._imu_data = self.create_publisher(Imu, 'imu/data', FRAMES_OUT)
+        self._imu_mag = self.create_publisher(MagneticField, 'imu/mag', FRAMES_OUT)
+        self._battery = self.create_publisher(BatteryState, 'battery', FRAMES_OUT)
+        self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_target, TARGETS)
+        self.create_service(Trigger, '~/arm', self._on_arm)
+        self.create_service(Trigger, '~/disarm', self._on_disarm)
+        self.create_service(Trigger, '~/emergency_stop', self._on_emergency_stop)
+        self._news = self.create_guard_condition(self._on_news)
+        self.create_timer(_CHECK_EVERY_S, self._on_check)
+        self.create_timer(_BATTERY_EVERY_S, self._on_battery)
+        self._reporter = DiagnosticsReporter(
+            self, self._statuses, lambda: self._text('transport'))
+
+    def _text(self, name: str) -> str:
+        return str(self.get_parameter(name).value)
+
+    # -- lifecycle
+
+    def configure(self) -> None:
+        """Open the bus, turn everything off, set the chips up (one of `expected_errors`)."""
+        try:
+            self._configure(self._text('transport'))
+        except BaseException:
+            self.cleanup()
+            raise
+
+    def _configure(self, name: str) -> None:
+        found = self._calibration(name)
+        self._bus = FrameBudget(open_transport(name))
+        self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ,
+                            use_magnetometer=bool(self.get_parameter('use_magnetometer').value))
+        # Before all else: a chip that a crash left driven is off.
+        self._robot.connect()
+        self._part = registry.find(self._bus, self._text('imu'))
+        self._robot.attach_imu(self._part)
+        if name != EMULATED:
+            # Chips that outlive this process need somebody who does, too.
+            self._guard = Guard(name, found.board.address)
+
+    def _calibration(self, transport: str) -> calibration.Calibration:
+        path = self._text('calibration')
+        if transport.partition(':')[0] == EMULATED and path == DEFAULT_CALIBRATION:
+            return calibration.nominal()
+        return calibration.load(Path(path).expanduser())
+
+    def activate(self) -> None:
+        """Begin the frames."""
+        assert self._robot is not None
+        self._gate = TargetGate()
+        self._auto_arm = bool(self.get_parameter('auto_arm').value)
+        self._io = IoThread(self._robot, period_s=1.0 / RATE_HZ, on_frame=self._on_frame,
+                            on_pose=self._on_pose, sign_of_life=self._sign_of_life)
+        self._io.start()
+        self._systemd.ready()
+
+    def deactivate(self) -> None:
+        """Turn everything off and end the frames."""
+        if self._io is not None:
+            self._io.stop()
+            self._io = None
+
+    def cleanup(self) -> None:
+        """Release the bus; the guard turns everything off once more."""
+        self.deactivate()
+        self._robot = self._part = None
+        if self._bus is not None:
+            self._bus.close()
+            self._bus = None
+        if self._guard is not None:
+            self._guard.close()
+            self._guard = None
+
+    def close(self) -> None:
+        """Turn everything off before the process ends."""
+        self._systemd.stopping()
+        self.cleanup()
+
+    # -- called in the I/O thread
+
+    def _on_frame(self, report: Report) -> None:
+        self._frames.append((self.get_clock().now().nanoseconds, report))
+        self._news.trigger()
+
+    def _on_pose(self, report: Report) -> None:
+        self._poses.append((self.get_clock().now().nanoseconds, report))
+        self._news.trigger()
+
+    def _sign_of_life(self, driven: bool) -> None:
+        if time.monotonic() - self._executor_at_s < _EXECUTOR_SILENT_AFTER_S:
+            self._systemd.alive()
+        guard, robot = self._guard, self._robot
+        if guard is None or robot is None:
+            return
+        guard.sign_of_life(driven)
+        if driven and not guard.alive():
+            robot.emergency_stop('the guard process ended: start this node again')
+
+    # -- called in the executor
+
+    def _on_news(self) -> None:
+        while self._frames:
+            stamp, report = self._frames.popleft()
+            self._last = report
+            self._publish(report, stamp)
+        while self._poses:
+            stamp, self._last = self._poses.popleft()
+            self._pulses.publish(messages.pulses(self._last, to_stamp(stamp)))
+
+    def _publish(self, report: Report, frame_ns: int) -> None:
+        stamp = to_stamp(frame_ns)
+        # First: the brain answers this one.
+        self._joint_states.publish(messages.joint_states(report, stamp))
+        self._pulses.publish(messages.pulses(report, stamp))
+        if self._part is None or report.sample is None or report.orientation is None:
+            return
+        frame_id, part = self._text('imu_frame_id'), type(self._part)
+        raw = messages.imu_raw(report.sample, part, frame_id, stamp)
+        self._imu_raw.publish(raw)
+        heading = HEADING_VARIANCE if self.get_parameter('use_magnetometer').value \
+            else NO_HEADING_VARIANCE
+        self._imu_data.publish(messages.imu_data(raw, report.orientation, heading))
+        if report.sample.field_t is not None:
+            self._imu_mag.publish(
+                messages.magnetic_field(report.sample.field_t, part, frame_id, stamp))
+
+    def _on_battery(self) -> None:
+        if self._last is not None and self._io is not None:
+            self._battery.publish(messages.battery(self._last, self.get_clock().now().to_msg()))
+
+    def _on_target(self, message: JointTrajectory) -> None:
+        if self._io is None:
+            return
+        try:
+            pose = self._gate.check(
+                message.joint_names, [point.positions for point in message.points],
+                stamp_ns(message.header.stamp), self.get_clock().now().nanoseconds)
+        except TargetRefusedError as error:
+            self._refusal, self._refused_at_s = str(error), time.monotonic()
+            return
+        self._io.target(pose)
+        if self._auto_arm:
+            # Once: after a fault or a stop, a person arms.
+            self._auto_arm = False
+            refusal = self._arm()
+            if refusal is not None:
+                self.get_logger().error(f'not armed: {refusal}')
+
+    def _arm(self) -> str | None:
+        if self._io is None or self._robot is None:
+            return 'the node is not active'
+        if self._guard is not None and not self._guard.alive():
+            return 'the guard process ended: start this node again'
+        return self._io.ask(self._robot.arm)
+
+    def _on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        refusal = self._arm()
+        response.success = refusal is None
+        response.message = refusal or 'arming: the servos are energised one by one'
+        return response
+
+    def _on_disarm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        refusal: str | None = 'the node is not active; the servos are off'
+        if self._io is not None and self._robot is not None:
+            refusal = self._io.ask(self._robot.disarm)
+        response.success = refusal is None
+        response.message = refusal or 'parking, then the servos are turned off'
+        return response
+
+    def _on_emergency_stop(self, request: Trigger.Request, response: Trigger.Response
+                           ) -> Trigger.Response:
+        response.success, response.message = True, 'off; call ~/arm to start again'
+        if self._io is None or self._robot is None:
+            return response
+        problem = self._io.ask(self._robot.stop)
+        if problem is not None:
+            response.success, response.message = False, f'{problem}; CUT THE SUPPLY'
+            if self._guard is not None:
+                # The guard turns everything off when its pipe closes.
+                self._guard.close()
+        return response
+
+    def _on_check(self) -> None:
+        self._executor_at_s = time.monotonic()
+        if self._io is not None and not self._io.alive():
+            self.get_logger().fatal(f'the I/O thread ended: {self._io.error!r}')
+            self.exit_code = 1
+
+    def _statuses(self) -> Sequence[Status]:
+        if self._io is None or self._last is None:
+            return [Status(Level.WARN, 'hardware: safety', f'{self.state_label}: servos are off')]
+        late_ms = sorted(1e3 * late for late in self._io.lateness_s.copy())
+        fresh = time.monotonic() - self._refused_at_s < _REFUSAL_SHOWN_S
+        return messages.statuses(
+            self._last, imu='no IMU' if self._part is None else self._part.name,
+            targets={'accepted': str(self._gate.accepted), 'refused': str(self._gate.refused)},
+            refusal=self._refusal if fresh else '',
+            frames={'late_ms_median': f'{late_ms[len(late_ms) // 2]:.2f}',
+                    'late_ms_p99': f'{late_ms[int(0.99 * (len(late_ms) - 1))]:.2f}'})
