@@ -71,6 +71,10 @@ class Evaluation:
         Longest x-y displacement between two frames.
     touch_fraction: shape (C, W, K, T)
         Share of frames in which each touch-sensitive link touched the floor.
+    halfway_position_m: shape (C, W, K, 2), or None where an engine does not tell
+        Base position in x-y half-way through the frames.
+    farthest_m: shape (C, W, K), or None where an engine does not tell
+        Longest x-y distance of the base from the world's origin.
 
     """
 
@@ -78,6 +82,8 @@ class Evaluation:
     path_length_m: Array
     largest_step_m: Array
     touch_fraction: Array
+    halfway_position_m: Array | None = None
+    farthest_m: Array | None = None
 
 
 class Evaluator(Protocol):

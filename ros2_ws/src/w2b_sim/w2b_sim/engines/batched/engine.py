@@ -190,7 +190,7 @@ class BatchedEngine:
             any(given[name].any() for name in ('touch_delay', 'touch_flip_probability',
                                                'push_m_s', 'motor_noise_rad_s')))
         frames = world.steps if logging else 0
-        log = kernel.Log(np.zeros((count, 5 + layout.touches)), frames,
+        log = kernel.Log(np.zeros((count, layout.outcomes)), frames,
                          *(np.zeros((count if frames else 0, frames, width), dtype=self._dtype)
                            for width in (3, layout.links - 1, layout.touches)))
         self._call(batch, log, blocks)
@@ -198,7 +198,8 @@ class BatchedEngine:
         wrong = ~np.isfinite(outcome).all(3) | (np.abs(outcome[..., :3]) > FARTHEST_M).any(3)
         outcome[wrong | failed_pairs[..., None]] = np.nan
         evaluation = Evaluation(outcome[..., :3], outcome[..., 3], outcome[..., 4],
-                                outcome[..., 5:])
+                                outcome[..., 5:5 + layout.touches],
+                                outcome[..., -3:-1], outcome[..., -1])
         if not logging:
             return evaluation, None
         return evaluation, Trajectories(*(

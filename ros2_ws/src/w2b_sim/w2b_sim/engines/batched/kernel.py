@@ -67,7 +67,8 @@ class Batch(NamedTuple):
 
 class Log(NamedTuple):
     """
-    Outputs. `outcome` (E, 5 + touches): final x, y, z, path length, longest step, touch fractions.
+    Outputs. `outcome` (E, 8 + touches): final x, y, z, path length, longest step, touch fractions,
+    then x, y half-way in time and the farthest x-y distance from the start.
 
     The others are filled if `steps` > 0: base positions (E, T, 3), hinge angles (E, T, J) and touch
     sensors (E, T, touches) at every frame.
@@ -159,6 +160,7 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
     shove[0] = splat(layout, 0.0)
     shove[1] = splat(layout, 0.0)
     x, y = state.place[0], state.place[1]
+    far = 5 + layout.touches + 2
     for t in range(clock.steps):
         for substep in range(clock.physics_steps):
             rotations(layout, state, frame)
@@ -169,6 +171,9 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
                 outcome[3] = outcome[3] + step
                 outcome[4] = vmax(step, outcome[4])
                 x, y = state.place[0], state.place[1]
+                outcome[far] = vmax(x * x + y * y, outcome[far])
+                if t == clock.steps // 2:
+                    outcome[far - 2], outcome[far - 1] = x, y
                 for j in range(joints):
                     middle = 0.5 * (tables.upper[j] + tables.lower[j])
                     half = 0.5 * (tables.upper[j] - tables.lower[j])
@@ -206,6 +211,7 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
         outcome[i] = state.place[i]
     for sensor in range(layout.touches):
         outcome[5 + sensor] = outcome[5 + sensor] / clock.steps
+    outcome[far] = vsqrt(outcome[far])
 
 
 @inlined

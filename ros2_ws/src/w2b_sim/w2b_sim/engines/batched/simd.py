@@ -102,7 +102,7 @@ class Layout:
     @property
     def outcomes(self) -> int:
         """Numbers that come out of an evaluation, see `kernel.Log`."""
-        return 5 + self.touches
+        return 8 + self.touches
 
 
 class LayoutType(types.Type):
