@@ -22,16 +22,25 @@ from training.run import Progress
 
 @contextmanager
 def progress_bar(generations: int, title: str) -> Iterator[Callable[[Progress], None]]:
-    """Show a bar on standard error while the context lasts; yields what to call with a Progress."""
+    """Show a bar on standard error once a run moves; yields what to call with a Progress."""
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
                TextColumn('fitness {task.fields[fitness]:.3f}  {task.fields[rate]:,.0f} evals/s'),
                TimeElapsedColumn(), TimeRemainingColumn())
-    with Bar(*columns, console=Console(stderr=True), refresh_per_second=4,
-             speed_estimate_period=60.0) as bar:
-        task = bar.add_task(title, total=generations, fitness=float('nan'), rate=0.0)
+    bar = Bar(*columns, console=Console(stderr=True), refresh_per_second=4,
+              speed_estimate_period=60.0)
+    task = bar.add_task(title, total=generations, fitness=0.0, rate=0.0)
+    shown = False
 
-        def show(progress: Progress) -> None:
-            bar.update(task, completed=progress.generation, fitness=progress.best_fitness,
-                       rate=progress.evaluations / max(progress.seconds, 1e-9))
+    def show(progress: Progress) -> None:
+        nonlocal shown
+        if not shown:
+            bar.start()
+            shown = True
+        bar.update(task, completed=progress.generation, fitness=progress.best_fitness,
+                   rate=progress.evaluations / max(progress.seconds, 1e-9))
 
+    try:
         yield show
+    finally:
+        if shown:
+            bar.stop()
