@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -14,8 +14,9 @@ from training.store import parse_run_id
 from training.treatments import treated
 from w2b_controller.network import Network, prime
 from w2b_sim import bodies
-from w2b_sim.engines.interface import Evaluator, Start
-from w2b_sim.worlds import WORLDS, World
+from w2b_sim.bodies.model import Body
+from w2b_sim.engines.interface import Start
+from w2b_sim.worlds import WORLDS
 
 Array = NDArray[np.float64]
 
@@ -72,7 +73,7 @@ class Shown:
     hidden: shape (W, T, H)
         The hidden neurons while the T elements of each vector pass.
     trajectories: shape (W, P, 2)
-        x and y of the body in metres at P moments of its movement.
+        x and y of the body in metres at P moments of its movement, evenly spaced.
 
     """
 
@@ -81,25 +82,42 @@ class Shown:
     trajectories: Array
 
 
-def show(run: str, network: Network, vectors: Mapping[str, ArrayLike],
-         evaluator: Callable[[World], Evaluator], moments: int = 50) -> Shown:
-    """
-    Return what the champion `network` of `run` does under its words.
-
-    `evaluator` returns the run's engine for a world. The body's way is taken from evaluations that
-    end early, since an evaluation reports its last position: the same bits at every moment.
-    """
+def show(run: str, network: Network, vectors: Mapping[str, ArrayLike], engine: str,
+         precision: str) -> Shown:
+    """Return what the champion `network` of `run` does under its words, in the run's `engine`."""
     spec = parse_run_id(run)
     trained, held_out = spec.words()
     words = tuple(word for word, _ in trained + held_out)
     heard = treated(vectors, words, spec.treatment, spec.evolution_seed)
     hidden = np.stack([prime(network, heard[:, :count + 1]).hidden
                        for count in range(heard.shape[1])], axis=1)
-    world = WORLDS[bodies.get(spec.body).world]
+    body = bodies.get(spec.body)
+    record = _in_pybullet if engine == 'pybullet' else _in_batched
+    return Shown(words, hidden, record(network, body, heard, precision)[..., :2])
+
+
+def _in_batched(network: Network, body: Body, heard: Array, precision: str) -> Array:
+    from w2b_sim.engines.batched import BatchedEngine
+
     batch = Network(network.hidden_weights[None], network.motor_weights[None],
                     network.motor_time_constants)
-    places = []
-    for steps in np.unique(np.linspace(1, world.steps, moments).round().astype(int)):
-        outcome = evaluator(replace(world, steps=int(steps))).evaluate(batch, heard, [Start()])
-        places.append(outcome.final_position_m[0, :, 0, :2])
-    return Shown(words, hidden, np.stack(places, axis=1))
+    engine = BatchedEngine(body, WORLDS[body.world], precision=precision)
+    _, way = engine.record(batch, heard, [Start()])
+    position: Array = way.position_m[0, :, 0]
+    return position
+
+
+def _in_pybullet(network: Network, body: Body, heard: Array, _precision: str) -> Array:
+    from w2b_sim.engines.pybullet_engine import PyBulletSimulation
+    from w2b_sim.rollout import rollout
+
+    simulation = PyBulletSimulation(body, WORLDS[body.world])
+    try:
+        ways = []
+        for signal in heard:
+            simulation.reset()
+            ways.append(rollout(simulation, body, network, signal,
+                                WORLDS[body.world].steps).position_m)
+        return np.array(ways)
+    finally:
+        simulation.close()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -11,7 +10,6 @@ import pandas as pd
 from training import behaviour, comparisons, exemplars, figures, figures_priming
 from training import report_tables as tables
 from training.comparisons import Panel
-from training.engines import make_evaluator
 from training.findings import findings
 from training.published import ALPHA, COMPARISONS, GENERATIONS, RUNS_AN_ARM, TITLES
 from training.report_parts import Content, Section
@@ -22,8 +20,6 @@ from training.study_directory import StudyDirectory, StudyError
 from training.vectors import vectors
 from w2b_controller import controller_file
 from w2b_sim import bodies
-from w2b_sim.engines.interface import Evaluator
-from w2b_sim.worlds import World
 
 
 def gather(study: StudyDirectory, store: Tables, about: dict[str, Any]) -> Content:
@@ -151,8 +147,7 @@ def _priming_section(study: StudyDirectory, store: Tables, table: pd.DataFrame,
         words = [word for pairs in parse_run_id(one.run).words() for word, _ in pairs]
         network = controller_file.load(study.run_directory(one.run) / 'champion.json').network
         shown.append(exemplars.show(
-            one.run, network, vectors(vocabulary, words),
-            _evaluators(str(row.engine), body, str(row.precision))))
+            one.run, network, vectors(vocabulary, words), str(row.engine), str(row.precision)))
     section = Section('Figure 4: how words prime the network, and where they send the body')
     section.paragraphs.append(f'How the three were chosen: {exemplars.RULE}')
     section.paragraphs.append('Shown: ' + '; '.join(
@@ -168,13 +163,6 @@ def _priming_section(study: StudyDirectory, store: Tables, table: pd.DataFrame,
         'the last one is the unheard word), and the way of the body under each command; squares '
         'mark the end.')
     return section
-
-
-def _evaluators(engine: str, body: str, precision: str) -> Callable[[World], Evaluator]:
-    @cache
-    def of(world: World) -> Evaluator:
-        return make_evaluator(engine, bodies.get(body), world, precision=precision)
-    return of
 
 
 def _displacement_section(table: pd.DataFrame, tested: Sequence[Tested],
