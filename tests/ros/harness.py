@@ -29,6 +29,9 @@ from w2b_controller.ros_messages import stamp_ns
 from w2b_controller.say import values_of
 
 DEADLINE_S = 20.0
+#: Executables that are not of w2b_controller.
+PACKAGES = {'sim': 'w2b_sim', 'hardware': 'w2b_hw', 'emulator': 'w2b_hw', 'relax': 'w2b_hw',
+            'preflight': 'w2b_hw', 'calibrate': 'w2b_hw'}
 EVERYTHING = QoSProfile(depth=5000)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -134,7 +137,7 @@ class System:
         if executable == 'brain' and 'claim_wait' not in parameters:
             # Where only one brain is started, looking for another need not take long.
             parameters['claim_wait'] = 0.2
-        package = 'w2b_sim' if executable == 'sim' else 'w2b_controller'
+        package = PACKAGES.get(executable, 'w2b_controller')
         path = Path(self._environment['W2B_INSTALL']) / package / 'lib' / package / executable
         ros = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
         process = Process(path, [*arguments, *(['--ros-args', *ros] if ros else [])],
