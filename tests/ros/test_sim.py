@@ -60,7 +60,7 @@ def test_seeded_starts_differ_a_little_and_repeat(system):
         sim.stop()
     assert starts[0] == starts[1]
     assert len(set(starts[0])) == 3
-    assert all(0.12 - 1e-9 <= height <= 0.122 + 1e-9 for height in starts[0])
+    assert all(0.12 - 1e-6 <= height <= 0.122 + 1e-6 for height in starts[0])
 
 
 def test_start_parameters_and_heading(system):
@@ -68,7 +68,7 @@ def test_start_parameters_and_heading(system):
     system.start('sim', start_height=0.05, start_yaw=math.pi / 2)
     system.wait(lambda: odometry, 'a frame')
     pose = odometry[0].pose.pose
-    assert math.isclose(pose.position.z, 0.17)
+    assert math.isclose(pose.position.z, 0.17, abs_tol=1e-5)
     assert math.isclose(pose.orientation.z, math.sin(math.pi / 4), abs_tol=1e-9)
 
 
