@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -203,21 +204,24 @@ class BrainNode(ManagedNode):
             message = f'{self.state_label}: no targets are sent'
             return [Status(Level.WARN, 'brain: frames', message),
                     Status(Level.WARN, 'brain: command', message)]
-        return [self._brain.frames_status(), self._command_status()]
+        return [self._frames_status(self._brain.frames_status()),
+                self._command_status(self._brain.command_status())]
 
-    def _command_status(self) -> Status:
-        assert self._brain is not None
-        status = self._brain.command_status()
+    def _frames_status(self, status: Status) -> Status:
+        topic = self._topic('joint_states')
+        bodies = self.count_publishers(topic)
+        if bodies > 1 and status.level is Level.OK:
+            return replace(status, level=Level.WARN,
+                           message=f'{status.message}; {bodies} nodes publish on {topic}')
+        return status
+
+    def _command_status(self, status: Status) -> Status:
         if self._check_rival():
-            return Status(Level.ERROR, status.name, RIVAL, status.values)
-        targets = self.count_publishers(self._targets.topic_name)
-        frames = self.count_publishers(self._topic('joint_states'))
-        if targets > 1:
-            return Status(Level.WARN, status.name, f'{status.message}; another node publishes on '
-                          f'{self._targets.topic_name}', status.values)
-        if frames > 1:
-            return Status(Level.WARN, status.name, f'{status.message}; {frames} nodes publish on '
-                          f'{self._topic("joint_states")}', status.values)
+            return replace(status, level=Level.ERROR, message=RIVAL)
+        topic = self._targets.topic_name
+        if self.count_publishers(topic) > 1:
+            return replace(status, level=Level.WARN,
+                           message=f'{status.message}; another node publishes on {topic}')
         return status
 
 
