@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from w2b_sim.engines.batched.simd import fma, vsqrt
+from w2b_sim.engines.batched.simd import fma
 
 #: For every function that becomes a part of the one compiled call. Division by zero gives
 #: infinity, as IEEE says, instead of an exception.
@@ -74,40 +74,3 @@ def rotate(rotation, k, x):
 def tri(i, j):
     """Return the place of element (i, j), i >= j, in a packed lower triangle."""
     return i * (i + 1) // 2 + j
-
-
-@inlined
-def cholesky(size, a):
-    """Factorise a packed matrix in place, A = L L^T; the diagonal then holds 1 / L_ii."""
-    for j in range(size):
-        diagonal = a[tri(j, j)]
-        for k in range(j):
-            diagonal = fma(-a[tri(j, k)], a[tri(j, k)], diagonal)
-        diagonal = 1.0 / vsqrt(diagonal)
-        a[tri(j, j)] = diagonal
-        for i in range(j + 1, size):
-            total = a[tri(i, j)]
-            for k in range(j):
-                total = fma(-a[tri(i, k)], a[tri(j, k)], total)
-            a[tri(i, j)] = total * diagonal
-
-
-@inlined
-def forward_solve(first, size, a, x):
-    """Replace x by L^-1 x, where the elements of x before `first` are known to be zero."""
-    for i in range(first, size):
-        total = x[i]
-        for k in range(first, i):
-            total = fma(-a[tri(i, k)], x[k], total)
-        x[i] = total * a[tri(i, i)]
-
-
-@inlined
-def backward_solve(size, a, x):
-    """Replace x by L^-T x."""
-    for step in range(size):
-        i = size - 1 - step
-        total = x[i]
-        for k in range(i + 1, size):
-            total = fma(-a[tri(k, i)], x[k], total)
-        x[i] = total * a[tri(i, i)]

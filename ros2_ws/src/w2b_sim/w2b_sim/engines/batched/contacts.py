@@ -1,15 +1,20 @@
 """
 Spheres on the floor: where they touch, and the rows they add to the solve.
 
-Order of the unknowns: v_x, v_y, w_z | rates of the dynamic joints | v_z, w_x, w_y, velocities of the
-base in world axes. A floor pushes along z, so the row of a normal impulse has zeros in the first
-three places, and they stay zero through L^-1: normals are solved in the trailing unknowns alone.
+The base's velocity, world axes, stands in the order v_x, v_y, w_z, v_z, w_x, w_y: a floor pushes along
+z, so a normal's row has FLOOR_ZEROS leading zeros, which stay zero through L^-1 (unless a dynamic
+joint couples them), and normals are solved in the three last unknowns alone.
 """
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import add, cross, get3, inlined, rotate, set3
-from w2b_sim.engines.batched.simd import any_lane, fma, splat, vmax, where
+from w2b_sim.engines.batched.algebra import add, cross, get3, inlined, rotate, set3, sub
+from w2b_sim.engines.batched.simd import any_lane, fma, splat, vmax
+from w2b_sim.engines.batched.tree import BASE
+
+#: Places of the base's velocities among its unknowns.
+V_X, V_Y, W_Z, V_Z, W_X, W_Y = range(BASE)
+FLOOR_ZEROS = 3
 
 #: A sphere is in contact from this gap on, and a touch sensor reads 1 from that one on, m. Where
 #: feet stand exactly on the floor at the start, rounding would decide; both are above the rounding
@@ -24,11 +29,11 @@ FAR_M = -1e30
 
 
 @inlined
-def find(layout, tables, state, frame, touch, near):
+def find(layout, tables, state, frame, touch, near, reach):
     """
     Work out depths, the touch sensors' depths and the contacts that some lane has.
 
-    Returns their number; `near` (C,) lists them. A depth needs one row of the rotation matrix;
+    Contacts are spheres within `reach` of the floor. Returns their number; `near` (C,) lists them. A depth needs one row of the rotation matrix;
     arms and drives are worked out for the contacts in the list alone.
     """
     for sensor in range(layout.touches):
@@ -45,7 +50,7 @@ def find(layout, tables, state, frame, touch, near):
         if tables.contact_touch[c] >= 0:
             sensor = tables.contact_touch[c]
             touch[sensor] = vmax(touch[sensor], depth)
-        if any_lane(depth >= -CONTACT_GAP_M):
+        if any_lane(depth >= -reach):
             near[count] = c
             count += 1
             lever = rotate(frame.rotation, k, offset)
@@ -62,55 +67,28 @@ def find(layout, tables, state, frame, touch, near):
 
 
 @inlined
-def touching(depth):
-    """Return 1 in the lanes whose depth makes a contact, else 0."""
-    return where(depth >= -CONTACT_GAP_M, 1.0, depth * 0.0)
-
-
-@inlined
-def normal_row(layout, tables, frame, c, row):
-    """Write the row that maps the unknowns to contact c's velocity along z."""
-    zero = splat(layout, 0.0)
-    row[0] = zero
-    row[1] = zero
-    row[2] = zero
-    for d in range(layout.dynamic):
-        row[3 + d] = _joint_velocity(layout, tables, frame, c, d)[2]
-    row[3 + layout.dynamic] = splat(layout, 1.0)
-    row[4 + layout.dynamic] = frame.contact_arm[c, 1]
-    row[5 + layout.dynamic] = -frame.contact_arm[c, 0]
-
-
-@inlined
-def tangent_rows(layout, tables, frame, c, row_x, row_y):
-    """Write the rows that map the unknowns to contact c's velocities along x and y."""
+def contact_rows(layout, tables, frame, c, row_x, row_y, row_z):
+    """Write the rows that map the unknowns to the velocity of contact c along x, y and z."""
     zero, one = splat(layout, 0.0), splat(layout, 1.0)
-    row_x[0] = one
-    row_x[1] = zero
-    row_x[2] = -frame.contact_arm[c, 1]
-    row_y[0] = zero
-    row_y[1] = one
-    row_y[2] = frame.contact_arm[c, 0]
-    for d in range(layout.dynamic):
-        velocity = _joint_velocity(layout, tables, frame, c, d)
-        row_x[3 + d] = velocity[0]
-        row_y[3 + d] = velocity[1]
-    row_x[3 + layout.dynamic] = zero
-    row_x[4 + layout.dynamic] = zero
-    row_x[5 + layout.dynamic] = frame.contact_arm[c, 2]
-    row_y[3 + layout.dynamic] = zero
-    row_y[4 + layout.dynamic] = -frame.contact_arm[c, 2]
-    row_y[5 + layout.dynamic] = zero
-
-
-@inlined
-def _joint_velocity(layout, tables, frame, c, d):
-    """Return the velocity of contact c while dynamic joint d turns at 1 rad/s and all else rests."""
-    joint = tables.dynamic_joint[d]
-    if tables.moves[joint, tables.contact_link[c]] == 0:
-        zero = splat(layout, 0.0)
-        return zero, zero, zero
-    hinge = get3(frame.hinge, joint + 1)
-    point = get3(frame.contact_arm, c)
-    return cross(get3(frame.axis, joint + 1),
-                 (point[0] - hinge[0], point[1] - hinge[1], point[2] - hinge[2]))
+    link, base = tables.contact_link[c], layout.chain
+    x, y, z = get3(frame.contact_arm, c)
+    for p in range(tables.chain_length[link]):
+        turned = tables.dynamic_link[tables.chain_of[link, p]]
+        hinge = get3(frame.hinge, turned)
+        velocity = cross(get3(frame.axis, turned), sub((x, y, z), hinge))
+        row_x[p] = velocity[0]
+        row_y[p] = velocity[1]
+        row_z[p] = velocity[2]
+    for i in range(BASE):
+        row_x[base + i] = zero
+        row_y[base + i] = zero
+        row_z[base + i] = zero
+    row_x[base + V_X] = one
+    row_x[base + W_Y] = z
+    row_x[base + W_Z] = -y
+    row_y[base + V_Y] = one
+    row_y[base + W_X] = -z
+    row_y[base + W_Z] = x
+    row_z[base + V_Z] = one
+    row_z[base + W_X] = y
+    row_z[base + W_Y] = -x

@@ -15,7 +15,7 @@ from w2b_controller.network import Network
 from w2b_sim.bodies.model import Body
 from w2b_sim.engines.batched import kernel
 from w2b_sim.engines.batched.compilation import announce, compiled_evaluate, lanes_for
-from w2b_sim.engines.batched.contacts import TOUCH_GAP_M
+from w2b_sim.engines.batched.contacts import CONTACT_GAP_M, TOUCH_GAP_M
 from w2b_sim.engines.batched.simd import Layout
 from w2b_sim.engines.batched.tables import CompiledBody, UnsupportedBodyError, compile_body
 from w2b_sim.engines.batched.variations import Variations
@@ -25,11 +25,16 @@ from w2b_sim.worlds import World
 Array = NDArray[np.float64]
 
 BITS = {'single': 32, 'float32': 32, 'double': 64, 'float64': 64}
-#: Sweeps of the viscous solve's two stages and of the Coulomb solve's one.
-VISCOUS_SWEEPS = {32: (4, 6), 64: (8, 12)}
+#: Sweeps of the viscous solve's two stages: in double precision until they change nothing, in
+#: single what evolution needs (more sweeps agree no better with the original, for chaos hides it).
+VISCOUS_SWEEPS = {32: (4, 6), 64: (24, 32)}
+#: The rows of torque-limited joints are strongly coupled to the contacts' and converge slowly.
+DYNAMIC_SWEEPS = {32: (16, 16), 64: (40, 40)}
 COULOMB_SWEEPS = 10
-#: More torque-limited joints need more sweeps: their rows are strongly coupled to the contacts'.
-DYNAMIC_SWEEPS = (20, 30)
+DYNAMIC_COULOMB_SWEEPS = 20
+#: In worlds with dry friction, whose reference is PyBullet, a contact begins at Bullet's distance:
+#: within it a link may approach the floor by the gap that is left, and no more, in a step.
+SPECULATIVE_GAP_M = 0.02
 #: A friction coefficient that nothing reaches, in place of infinity (which times zero is NaN).
 UNBOUNDED_FRICTION = 1e30
 #: Beyond this a robot did not walk: the evaluation counts as failed.
@@ -111,9 +116,14 @@ class BatchedEngine:
                 f'got {world.slip_m_per_n_s}')
         self.layout = _layout(compiled, bits, lanes or lanes_for(bits), coulomb)
         if sweeps is None:
-            sweeps = ((0, COULOMB_SWEEPS) if coulomb else
-                      DYNAMIC_SWEEPS if self.layout.dynamic else VISCOUS_SWEEPS[bits])
-        self._clock = kernel.Clock(world.physics_step_s, world.physics_steps, world.steps, *sweeps)
+            dynamic = self.layout.dynamic > 0
+            sweeps = ((0, DYNAMIC_COULOMB_SWEEPS if dynamic else COULOMB_SWEEPS) if coulomb else
+                      (DYNAMIC_SWEEPS if dynamic else VISCOUS_SWEEPS)[bits])
+        h = world.physics_step_s
+        speculative = world.friction is not None
+        self._clock = kernel.Clock(
+            h, world.physics_steps, world.steps, *sweeps,
+            SPECULATIVE_GAP_M if speculative else CONTACT_GAP_M, 1 / h if speculative else 0.0)
 
     def evaluate(self, network: Network, signals: ArrayLike, starts: Sequence[Start],
                  variations: Variations | None = None) -> Evaluation:
@@ -269,7 +279,8 @@ def _layout(compiled: CompiledBody, bits: int, lanes: int, coulomb: bool) -> Lay
     return Layout(bits=bits, lanes=lanes, links=len(tables.parent),
                   contacts=len(tables.contact_link), hidden=compiled.hidden,
                   sensors=len(tables.sensor_kind), touches=len(compiled.touch_links),
-                  dynamic=len(tables.dynamic_joint), coulomb=int(coulomb))
+                  dynamic=len(tables.dynamic_link), chain=int(tables.chain_length.max()),
+                  coulomb=int(coulomb))
 
 
 def _finite(weights: Array, failed: NDArray[np.bool_]) -> Array:

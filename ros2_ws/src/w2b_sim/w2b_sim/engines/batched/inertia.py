@@ -10,7 +10,8 @@ the rates of the dynamic joints (see `kinematics`), so the balance projected ont
 
 with the gyroscopic torque -w x I w taken at the old state. About the base's centre of mass, with
 m the mass, s the first and I the second moment of all links, the momentum of rigid motion (v, w) is
-p = m v + w x s, L = s x v + I w, which fills A in the order of `contacts`. The column of a dynamic
+p = m v + w x s, L = s x v + I w, which fills A in the order of
+`contacts`. The column of a dynamic
 joint is the momentum of all that it moves, turning at 1 rad/s.
 """
 
@@ -18,6 +19,7 @@ from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import add, add_scaled, cross, dot, get3, inlined, rotate, \
     scale, sub, tri
+from w2b_sim.engines.batched.contacts import V_X, V_Y, V_Z, W_X, W_Y, W_Z
 from w2b_sim.engines.batched.simd import fma, splat
 
 #: Entries of a composite: m | s (3) | Ixx Iyy Izz Ixy Ixz Iyz | p (3) | L (3)
@@ -25,9 +27,9 @@ COMPOSITE = 16
 
 
 @inlined
-def balance(layout, tables, state, frame, composite, base_mass, impulse, h, a, b):
+def balance(layout, tables, state, frame, composite, base_mass, impulse, h, solve):
     """
-    Fill A (packed lower triangle) and b.
+    Fill A (solve.joint, solve.base; see `tree`) and b.
 
     `composite` is scratch, (L or 1, COMPOSITE); `base_mass` scales the base's mass and inertia;
     `impulse` is gravity (and push) times h, per unit of mass, m/s.
@@ -45,9 +47,9 @@ def balance(layout, tables, state, frame, composite, base_mass, impulse, h, a, b
             p = tables.parent[k]
             for i in range(COMPOSITE):
                 composite[p, i] = composite[p, i] + composite[k, i]
-    _fill_base(layout, composite, a, b)
+    _fill_base(layout, composite, solve)
     if layout.dynamic > 0:
-        _fill_joints(layout, tables, frame, composite, a, b)
+        _fill_joints(layout, tables, frame, composite, solve)
 
 
 @inlined
@@ -96,70 +98,61 @@ def _add_link(layout, tables, state, frame, composite, k, row, base_mass, impuls
 
 
 @inlined
-def _fill_base(layout, composite, a, b):
-    """Write the base's rows of A and b from the whole body's composite."""
+def _fill_base(layout, composite, solve):
+    """Write the base's part of A and b from the whole body's composite."""
     zero = splat(layout, 0.0)
-    vz, wx, wy = 3 + layout.dynamic, 4 + layout.dynamic, 5 + layout.dynamic
+    a, b, first = solve.base, solve.b, layout.dynamic
     m, sx, sy, sz = composite[0, 0], composite[0, 1], composite[0, 2], composite[0, 3]
-    a[tri(0, 0)] = m
-    a[tri(1, 0)] = zero
-    a[tri(1, 1)] = m
-    a[tri(2, 0)] = -sy
-    a[tri(2, 1)] = sx
-    a[tri(2, 2)] = composite[0, 6]
-    a[tri(vz, 0)] = zero
-    a[tri(vz, 1)] = zero
-    a[tri(vz, 2)] = zero
-    a[tri(vz, vz)] = m
-    a[tri(wx, 0)] = zero
-    a[tri(wx, 1)] = -sz
-    a[tri(wx, 2)] = composite[0, 8]
-    a[tri(wx, vz)] = sy
-    a[tri(wx, wx)] = composite[0, 4]
-    a[tri(wy, 0)] = sz
-    a[tri(wy, 1)] = zero
-    a[tri(wy, 2)] = composite[0, 9]
-    a[tri(wy, vz)] = -sx
-    a[tri(wy, wx)] = composite[0, 7]
-    a[tri(wy, wy)] = composite[0, 5]
-    b[0] = composite[0, 10]
-    b[1] = composite[0, 11]
-    b[2] = composite[0, 15]
-    b[vz] = composite[0, 12]
-    b[wx] = composite[0, 13]
-    b[wy] = composite[0, 14]
+    for i in range(21):
+        a[i] = zero
+    a[tri(V_X, V_X)] = m
+    a[tri(V_Y, V_Y)] = m
+    a[tri(V_Z, V_Z)] = m
+    a[tri(W_Z, V_X)] = -sy
+    a[tri(W_Z, V_Y)] = sx
+    a[tri(W_X, V_Y)] = -sz
+    a[tri(W_X, V_Z)] = sy
+    a[tri(W_Y, V_X)] = sz
+    a[tri(W_Y, V_Z)] = -sx
+    a[tri(W_X, W_X)] = composite[0, 4]
+    a[tri(W_Y, W_Y)] = composite[0, 5]
+    a[tri(W_Z, W_Z)] = composite[0, 6]
+    a[tri(W_Y, W_X)] = composite[0, 7]
+    a[tri(W_X, W_Z)] = composite[0, 8]
+    a[tri(W_Y, W_Z)] = composite[0, 9]
+    b[first + V_X] = composite[0, 10]
+    b[first + V_Y] = composite[0, 11]
+    b[first + V_Z] = composite[0, 12]
+    b[first + W_X] = composite[0, 13]
+    b[first + W_Y] = composite[0, 14]
+    b[first + W_Z] = composite[0, 15]
 
 
 @inlined
-def _fill_joints(layout, tables, frame, composite, a, b):
-    """Write the dynamic joints' rows: spatial momentum of what each moves, seen by the others."""
-    vz, wx, wy = 3 + layout.dynamic, 4 + layout.dynamic, 5 + layout.dynamic
-    zero = splat(layout, 0.0)
+def _fill_joints(layout, tables, frame, composite, solve):
+    """Write the dynamic joints' part: momentum of what each moves, as the joints inside see it."""
     for d in range(layout.dynamic):
-        link = tables.dynamic_joint[d] + 1
+        link = tables.dynamic_link[d]
         axis = get3(frame.axis, link)
         # Turning about the hinge moves the reference point (the base's centre of mass) as well.
         v = cross(get3(frame.hinge, link), axis)
-        m = composite[link, 0]
         s = (composite[link, 1], composite[link, 2], composite[link, 3])
-        p = add(scale(v, m), cross(axis, s))
+        p = add(scale(v, composite[link, 0]), cross(axis, s))
         row_x = (composite[link, 4], composite[link, 7], composite[link, 8])
         row_y = (composite[link, 7], composite[link, 5], composite[link, 9])
         row_z = (composite[link, 8], composite[link, 9], composite[link, 6])
         angular = add(cross(s, v), (dot(row_x, axis), dot(row_y, axis), dot(row_z, axis)))
-        a[tri(3 + d, 0)] = p[0]
-        a[tri(3 + d, 1)] = p[1]
-        a[tri(3 + d, 2)] = angular[2]
-        a[tri(vz, 3 + d)] = p[2]
-        a[tri(wx, 3 + d)] = angular[0]
-        a[tri(wy, 3 + d)] = angular[1]
-        b[3 + d] = (dot(axis, (composite[link, 13], composite[link, 14], composite[link, 15]))
-                    + dot(v, (composite[link, 10], composite[link, 11], composite[link, 12])))
-        for e in range(d + 1):
-            other = tables.dynamic_joint[e] + 1
-            # Of two joints on one chain the earlier one sees the later one's momentum.
-            if tables.moves[other - 1, link] != 0:
-                u = get3(frame.axis, other)
-                a[tri(3 + d, 3 + e)] = dot(u, angular) + dot(cross(get3(frame.hinge, other), u), p)
-            else:
-                a[tri(3 + d, 3 + e)] = zero
+        for place in range(tables.chain_length[link]):
+            turned = tables.dynamic_link[tables.chain_of[link, place]]
+            u = get3(frame.axis, turned)
+            solve.joint[d, place] = dot(u, angular) + dot(cross(get3(frame.hinge, turned), u), p)
+        base = layout.chain
+        solve.joint[d, base + V_X] = p[0]
+        solve.joint[d, base + V_Y] = p[1]
+        solve.joint[d, base + V_Z] = p[2]
+        solve.joint[d, base + W_X] = angular[0]
+        solve.joint[d, base + W_Y] = angular[1]
+        solve.joint[d, base + W_Z] = angular[2]
+        solve.b[d] = (
+            dot(axis, (composite[link, 13], composite[link, 14], composite[link, 15]))
+            + dot(v, (composite[link, 10], composite[link, 11], composite[link, 12])))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import add, add_scaled, cross, get3, inlined, set3
+from w2b_sim.engines.batched.contacts import V_X, V_Y, V_Z, W_X, W_Y, W_Z
 from w2b_sim.engines.batched.simd import fma, splat, vsqrt
 
 
@@ -11,12 +12,13 @@ def integrate(layout, tables, state, frame, motion, solution, h):
     """
     Give every link its velocity and move it for h.
 
-    `solution` holds the unknowns in the order of `contacts`; `motion` is scratch, (L, 6): what the
+    `solution` holds the unknowns in the order of `tree`; `motion` is scratch, (L, 6): what the
     dynamic joints add to a link's motion, as velocity at the base's centre of mass and spin.
     """
     zero = splat(layout, 0.0)
-    base = (solution[0], solution[1], solution[3 + layout.dynamic])
-    base_spin = (solution[4 + layout.dynamic], solution[5 + layout.dynamic], solution[2])
+    first = layout.dynamic
+    base = (solution[first + V_X], solution[first + V_Y], solution[first + V_Z])
+    base_spin = (solution[first + W_X], solution[first + W_Y], solution[first + W_Z])
     for i in range(6):
         motion[0, i] = zero
     for k in range(layout.links):
@@ -48,8 +50,8 @@ def _joint_motion(layout, tables, frame, motion, solution, k):
     d = tables.dynamic[k - 1]
     if d >= 0:
         axis = get3(frame.axis, k)
-        v = add_scaled(v, cross(get3(frame.hinge, k), axis), solution[3 + d])
-        w = add_scaled(w, axis, solution[3 + d])
+        v = add_scaled(v, cross(get3(frame.hinge, k), axis), solution[d])
+        w = add_scaled(w, axis, solution[d])
     for i in range(3):
         motion[k, i] = v[i]
         motion[k, 3 + i] = w[i]

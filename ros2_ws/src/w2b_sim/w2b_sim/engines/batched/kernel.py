@@ -36,13 +36,20 @@ MOTOR_STREAM, PUSH_STREAM, TOUCH_STREAM, STREAMS = 0, 64, 66, 128
 
 
 class Clock(NamedTuple):
-    """Times and effort: `h` s a physics step, `physics_steps` of them in each of `steps` periods."""
+    """
+    Times and effort: `h` s a physics step, `physics_steps` of them in each of `steps` periods.
+
+    A contact begins at a gap of `reach` m, and within it a link approaches the floor at no more
+    than the gap times `per_gap` 1/s.
+    """
 
     h: float
     physics_steps: int
     steps: int
     first_sweeps: int
     second_sweeps: int
+    reach: float
+    per_gap: float
 
 
 class Batch(NamedTuple):
@@ -183,7 +190,7 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
             for j in range(joints):
                 _servo(layout, tables, clock, state, frame, parameters, shake, j)
             drives(layout, tables, state, frame, parameters[ERP_PER_H])
-            found = find(layout, tables, state, frame, touch, near)
+            found = find(layout, tables, state, frame, touch, near, clock.reach)
             if substep == 0:
                 _sense(layout, tables, batch.noisy, seeds, t, parameters, state, touch, felt,
                        senses, outcome)
@@ -195,11 +202,11 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
                     break
             impulse = (shove[0], shove[1], parameters[GRAVITY])
             balance(layout, tables, state, frame, composite, parameters[BASE_MASS], impulse,
-                    clock.h, solve.a, solve.b)
+                    clock.h, solve)
             if layout.coulomb == 1:
                 solve_coulomb(layout, tables, state, frame, solve, near, found,
                               parameters[ERP_PER_H], parameters[SLIP], parameters[FRICTION],
-                              clock.h, clock.second_sweeps)
+                              clock.h, clock.second_sweeps, clock.reach, clock.per_gap)
             else:
                 solve_viscous(layout, tables, state, frame, solve, near, found,
                               parameters[ERP_PER_H], parameters[SLIP], clock.h,

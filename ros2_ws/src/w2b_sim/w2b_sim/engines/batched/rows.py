@@ -9,32 +9,36 @@ each visit of a row in a sweep is two short scalar products,
     y += row * change
 
 A normal may push (impulse >= 0) and keeps its velocity at or above `target`; a motor holds its rate
-at `target` with an impulse within +-torque * h. Normals and motors have zeros in the first three
-places (see `contacts`), which the sweeps skip.
+at `target` with an impulse within +-torque * h.
 """
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import forward_solve, inlined
-from w2b_sim.engines.batched.contacts import normal_row, touching
+from w2b_sim.engines.batched.algebra import inlined
+from w2b_sim.engines.batched.contacts import FLOOR_ZEROS, contact_rows
 from w2b_sim.engines.batched.memory import row, structure
-from w2b_sim.engines.batched.simd import both, fma, splat, vmax, vmin, where
+from w2b_sim.engines.batched.simd import fma, splat, vmax, vmin, where
+from w2b_sim.engines.batched.tree import factorise, forward_all, forward_row, row_add, row_dot, \
+    row_length
 
-#: Rows: those of the contacts near the floor first, then the dynamic joints'.
+#: Rows: those of the contacts near the floor first, then the dynamic joints'. See `tree` for the
+#: forms of matrices and vectors.
 Solve = structure('Solve', {
-    'a': ('triangle',),              # momentum balance, see `inertia`
-    'factor': ('triangle',),         # its Cholesky factor
+    'joint': ('dynamic', 'width'),   # momentum balance A, see `inertia`
+    'base': (21,),
+    'factor_joint': ('dynamic', 'width'),  # its Cholesky factor
+    'factor_base': (21,),
     'b': ('unknowns',),
     'y': ('unknowns',),
-    'rows': ('rows', 'unknowns'),    # in Cholesky space
+    'rows': ('rows', 'width'),       # in Cholesky space
     'inverse': ('rows',),            # 1 / |row|^2
     'target': ('rows',),
     'active': ('rows',),             # 1 where the contact exists in this lane, else 0
     'impulse': ('rows',),
-    'lowest': ('rows',),             # bounds of the impulse, motors only
-    'highest': ('rows',),
-    'row_x': ('contacts', 'unknowns'),  # the tangents'
-    'row_y': ('contacts', 'unknowns'),
+    'lowest': ('dynamic',),          # bounds of the motors' impulses
+    'highest': ('dynamic',),
+    'row_x': ('contacts', 'width'),  # the tangents'
+    'row_y': ('contacts', 'width'),
     'inverse_x': ('contacts',),
     'inverse_y': ('contacts',),
 })
@@ -43,7 +47,13 @@ UNBOUNDED = 1e30
 
 
 @inlined
-def motor_bounds(layout, tables, state, frame, solve, count, first_row, erp_per_h, h):
+def zeros(layout):
+    """Return how many leading base entries of a normal's row are zero: see `contacts`."""
+    return FLOOR_ZEROS if layout.dynamic == 0 else 0
+
+
+@inlined
+def motor_targets(layout, tables, state, frame, solve, count, erp_per_h, h):
     """
     Set targets and bounds of the motor rows, which follow the `count` rows of contacts.
 
@@ -51,56 +61,72 @@ def motor_bounds(layout, tables, state, frame, solve, count, first_row, erp_per_
     motor by a constant torque of full strength towards the asked velocity, and the row by a
     one-sided one that gives way at most by the error correction.
     """
+    zero = splat(layout, 0.0)
     for d in range(layout.dynamic):
-        joint = tables.dynamic_joint[d]
-        place = first_row + d
-        limit = splat(layout, tables.torque[joint] * h)
-        angle, rate = state.angle[joint], frame.rate[joint]
-        low = angle <= tables.lower[joint]
-        high = angle >= tables.upper[joint]
-        zero = splat(layout, 0.0)
-        target = where(low, (tables.lower[joint] - angle) * erp_per_h, rate)
-        solve.target[place] = where(high, (tables.upper[joint] - angle) * erp_per_h, target)
-        solve.lowest[place] = where(low, 0.0, where(high, -UNBOUNDED, -limit))
-        solve.highest[place] = where(low, UNBOUNDED, where(high, zero, limit))
-        solve.active[place] = splat(layout, 1.0)
-        push = where(rate > 0.0, limit, -limit)
+        j = tables.dynamic_link[d] - 1
+        limit = splat(layout, tables.torque[j] * h)
+        angle, rate = state.angle[j], frame.rate[j]
+        low = angle <= tables.lower[j]
+        high = angle >= tables.upper[j]
+        target = where(low, (tables.lower[j] - angle) * erp_per_h, rate)
+        solve.target[count + d] = where(high, (tables.upper[j] - angle) * erp_per_h, target)
+        solve.lowest[d] = where(low, 0.0, where(high, -UNBOUNDED, -limit))
+        solve.highest[d] = where(low, UNBOUNDED, where(high, zero, limit))
+        solve.active[count + d] = splat(layout, 1.0)
+        push_low = where(rate > 0.0, limit, -limit)
         push_high = where(rate >= 0.0, limit, -limit)
-        push = where(low, push, where(high, push_high, zero))
-        solve.b[3 + d] = solve.b[3 + d] + push
+        solve.b[d] = solve.b[d] + where(low, push_low, where(high, push_high, zero))
 
 
 @inlined
-def contact_targets(layout, state, frame, solve, near, count, erp_per_h):
-    """Set the targets of the normals: to leave the floor by a share of the depth."""
+def contact_targets(layout, frame, solve, near, count, erp_per_h, reach, per_gap):
+    """
+    Set the targets of the normals.
+
+    Below the floor: leave it by a share of the depth. Above it, within `reach`: approach no faster
+    than the gap times `per_gap`.
+    """
     for q in range(count):
         c = near[q]
-        solve.active[q] = touching(frame.depth[c])
-        solve.target[q] = fma(vmax(frame.depth[c], 0.0), erp_per_h, -frame.contact_drive[c, 2])
+        depth = frame.depth[c]
+        leave = where(depth >= 0.0, depth * erp_per_h, depth * per_gap)
+        solve.active[q] = where(depth >= -reach, 1.0, depth * 0.0)
+        solve.target[q] = leave - frame.contact_drive[c, 2]
 
 
 @inlined
-def load_rows(layout, tables, frame, solve, near, count, start):
-    """Build the rows for the present factor and apply the impulses of `start` to y."""
-    n = layout.unknowns
-    for q in range(count + layout.dynamic):
-        if q < count:
-            place = near[q]
-            normal_row(layout, tables, frame, place, row(solve.rows, q))
-        else:
-            place = layout.contacts + q - count
-            for i in range(n):
-                solve.rows[q, i] = splat(layout, 0.0)
-            solve.rows[q, 3 + q - count] = splat(layout, 1.0)
-        forward_solve(3, n, solve.factor, row(solve.rows, q))
-        length = solve.rows[q, 3] * solve.rows[q, 3]
-        for i in range(4, n):
-            length = fma(solve.rows[q, i], solve.rows[q, i], length)
-        solve.inverse[q] = 1.0 / length
-        impulse = start[place] * solve.active[q]
-        solve.impulse[q] = impulse
-        for i in range(3, n):
-            solve.y[i] = fma(solve.rows[q, i], impulse, solve.y[i])
+def prepare(layout, tables, frame, solve, near, count, start):
+    """Factorise the balance, build the rows of normals and motors, apply the impulses `start`."""
+    for d in range(layout.dynamic):
+        for i in range(layout.width):
+            solve.factor_joint[d, i] = solve.joint[d, i]
+    for i in range(21):
+        solve.factor_base[i] = solve.base[i]
+    for i in range(layout.unknowns):
+        solve.y[i] = solve.b[i]
+    factorise(layout, tables, solve.factor_joint, solve.factor_base)
+    forward_all(layout, tables, solve.factor_joint, solve.factor_base, solve.y)
+    for q in range(count):
+        contact_rows(layout, tables, frame, near[q], row(solve.row_x, q), row(solve.row_y, q),
+                     row(solve.rows, q))
+        _load(layout, tables, solve, tables.contact_link[near[q]], q, start[near[q]])
+    for d in range(layout.dynamic):
+        for i in range(layout.width):
+            solve.rows[count + d, i] = splat(layout, 0.0)
+        solve.rows[count + d, 0] = splat(layout, 1.0)
+        _load(layout, tables, solve, tables.dynamic_link[d], count + d,
+              start[layout.contacts + d])
+
+
+@inlined
+def _load(layout, tables, solve, link, q, impulse):
+    """Take row q of a link into Cholesky space and apply an impulse along it."""
+    first = zeros(layout)
+    forward_row(layout, tables, solve.factor_joint, solve.factor_base, link, first,
+                row(solve.rows, q))
+    solve.inverse[q] = 1.0 / row_length(layout, tables, link, first, row(solve.rows, q))
+    solve.impulse[q] = impulse * solve.active[q]
+    row_add(layout, tables, link, first, row(solve.rows, q), solve.impulse[q], solve.y)
 
 
 @inlined
@@ -113,12 +139,16 @@ def keep_impulses(layout, solve, near, count, start):
 
 
 @inlined
-def sweep(layout, solve, count, sweeps):
-    """Visit normals and motors in turn, `sweeps` times."""
+def sweep(layout, tables, solve, near, count, sweeps):
+    """Visit motors and normals in turn, `sweeps` times."""
     if layout.dynamic == 0:
         _sweep_normals(layout, solve, count, sweeps)
     else:
-        _sweep_all(layout, solve, count, sweeps)
+        for _ in range(sweeps):
+            for d in range(layout.dynamic):
+                visit_motor(layout, tables, solve, count, d)
+            for q in range(count):
+                visit_normal(layout, tables, solve, near, q)
 
 
 @inlined
@@ -141,26 +171,22 @@ def _sweep_normals(layout, solve, count, sweeps):
 
 
 @inlined
-def _sweep_all(layout, solve, count, sweeps):
-    n = layout.unknowns
-    for _ in range(sweeps):
-        for q in range(count + layout.dynamic):
-            visit(layout, solve, count, q, n)
+def visit_normal(layout, tables, solve, near, q):
+    """Visit the row of a normal."""
+    link, first = tables.contact_link[near[q]], zeros(layout)
+    missing = -row_dot(layout, tables, link, first, row(solve.rows, q), solve.y, -solve.target[q])
+    old = solve.impulse[q]
+    new = vmax(fma(missing, solve.inverse[q], old), 0.0) * solve.active[q]
+    solve.impulse[q] = new
+    row_add(layout, tables, link, first, row(solve.rows, q), new - old, solve.y)
 
 
 @inlined
-def visit(layout, solve, count, q, n):
-    """Visit one row, of a normal or of a motor."""
-    velocity = solve.rows[q, 3] * solve.y[3]
-    for i in range(4, n):
-        velocity = fma(solve.rows[q, i], solve.y[i], velocity)
+def visit_motor(layout, tables, solve, count, d):
+    """Visit the row of a motor."""
+    q, link = count + d, tables.dynamic_link[d]
+    missing = -row_dot(layout, tables, link, 0, row(solve.rows, q), solve.y, -solve.target[q])
     old = solve.impulse[q]
-    new = fma(solve.target[q] - velocity, solve.inverse[q], old)
-    if q < count:
-        new = vmax(new, 0.0) * solve.active[q]
-    else:
-        new = vmin(vmax(new, solve.lowest[q]), solve.highest[q])
-    change = new - old
+    new = vmin(vmax(fma(missing, solve.inverse[q], old), solve.lowest[d]), solve.highest[d])
     solve.impulse[q] = new
-    for i in range(3, n):
-        solve.y[i] = fma(solve.rows[q, i], change, solve.y[i])
+    row_add(layout, tables, link, 0, row(solve.rows, q), new - old, solve.y)

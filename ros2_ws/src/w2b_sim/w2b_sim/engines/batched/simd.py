@@ -42,8 +42,9 @@ class Layout:
     links, contacts, hidden, sensors, touches
         Sizes: links (the base included), points that can touch the floor, hidden neurons, sensor
         neurons, links with a touch sensor. There are `links - 1` joints and motor neurons.
-    dynamic
-        Joints whose rate is an unknown of the solve because their servo may saturate.
+    dynamic, chain
+        Joints whose rate is an unknown of the solve because their servo may saturate, and how many
+        of them at most move one link.
     coulomb
         1 for the contact solve with Coulomb's bound, 0 for the original's unbounded viscous one.
 
@@ -57,6 +58,7 @@ class Layout:
     sensors: int
     touches: int
     dynamic: int
+    chain: int
     coulomb: int
 
     @property
@@ -90,9 +92,9 @@ class Layout:
         return 6 + self.dynamic
 
     @property
-    def triangle(self) -> int:
-        """Entries of the packed lower triangle of a matrix over the unknowns."""
-        return self.unknowns * (self.unknowns + 1) // 2
+    def width(self) -> int:
+        """Entries of a vector that belongs to one link, see `tree`."""
+        return self.chain + 6
 
     @property
     def rows(self) -> int:

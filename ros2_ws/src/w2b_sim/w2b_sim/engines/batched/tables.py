@@ -34,7 +34,9 @@ class Tables(NamedTuple):
     points from the link's centre of mass to its hinge; `rest` (L, 3) from the base's centre to
     the link's in the rest pose. A link's inertia tensor is `inertia` * 1 + sum over two axes n
     of `inertia_along` * n n^T. `contact_offset` points from the link's centre of mass to a
-    sphere's centre. `dynamic` numbers the joints that are unknowns of the solve, -1 for others.
+    sphere's centre. `dynamic` (J,) numbers the joints that are unknowns of the solve, outer ones
+    first, -1 for others; `dynamic_link` lists the links they move. `chain_of` (L, chain) lists, for
+    each link, the `chain_length` dynamic joints that move it, outer ones first.
     """
 
     parent: NDArray[np.int64]
@@ -54,8 +56,9 @@ class Tables(NamedTuple):
     torque: NDArray[Any]
     time_constant: NDArray[Any]
     dynamic: NDArray[np.int64]
-    dynamic_joint: NDArray[np.int64]
-    moves: NDArray[np.int64]
+    dynamic_link: NDArray[np.int64]
+    chain_of: NDArray[np.int64]
+    chain_length: NDArray[np.int64]
     contact_link: NDArray[np.int64]
     contact_offset: NDArray[Any]
     contact_radius: NDArray[Any]
@@ -131,7 +134,7 @@ def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody
              joint.servo.max_speed_up_rad_s, joint.servo.max_speed_down_rad_s,
              joint.servo.max_torque_nm, joint.time_constant) for joint in body.joints),
             strict=True)),
-        np.where(dynamic, np.cumsum(dynamic) - 1, -1), np.flatnonzero(dynamic), moves,
+        *_chains(parent, dynamic),
         *contact,
         *_sensors(body, touch_links))
     return CompiledBody(tables, touch_links, body.height_m + float(centres[0, 2]),
@@ -209,6 +212,23 @@ def _moves(parent: NDArray[np.int64]) -> NDArray[np.int64]:
         moves[:, k] = moves[:, parent[k]]
         moves[k - 1, k] = 1
     return moves
+
+
+def _chains(parent: NDArray[np.int64], dynamic: NDArray[np.bool_]
+            ) -> tuple[NDArray[np.int64], ...]:
+    """Return numbers of the dynamic joints, their links, each link's joints and their count."""
+    links = 1 + np.flatnonzero(dynamic)[::-1]
+    number = np.full(len(dynamic), -1)
+    number[links - 1] = np.arange(len(links))
+    chains: list[list[int]] = [[]]
+    for k in range(1, len(parent)):
+        own = [int(number[k - 1])] if dynamic[k - 1] else []
+        chains.append(own + chains[parent[k]])
+    longest = max(map(len, chains))
+    padded = np.full((len(parent), max(1, longest)), -1)
+    for k, chain in enumerate(chains):
+        padded[k, :len(chain)] = chain
+    return number, links, padded, np.array([len(chain) for chain in chains])
 
 
 def _inertias(links: Sequence[Link]) -> tuple[NDArray[np.float64], ...]:
