@@ -178,6 +178,7 @@ def test_any_input_is_a_phrase_or_a_one_line_error(text):
         assert np.isfinite(phrase.signal).all()
 
 
+@settings(deadline=None)
 @given(st.permutations(PAPER), st.integers(1, 5))
 def test_words_are_primed_in_the_order_spoken(words, count):
     vocabulary = Vocabulary.load()
@@ -207,24 +208,28 @@ def test_unknown_vocabulary_names_the_known_ones(monkeypatch, tmp_path):
 
 
 def test_default_loads_in_a_second_and_150_mb():
-    """The whole process: interpreter, imports, loading, a command and its nearest words."""
+    """
+    The whole process: interpreter, imports, loading, a command and its nearest words.
+
+    Its processor time is looked at: one thread's loading takes no longer on an idle machine, and a
+    busy one does not fail the test. Memory is the kernel's high-water mark of the process: that of
+    getrusage would count the test's own process, from which it was forked.
+    """
     program = ('from w2b_controller.vocabulary import Vocabulary\n'
-               'import json, resource\n'
+               'import json, time\n'
+               'def peak_kb():\n'
+               '    lines = open("/proc/self/status").read().splitlines()\n'
+               '    return next(int(line.split()[1]) for line in lines if "VmHWM" in line)\n'
                'v = Vocabulary.load()\n'
                'v.phrase("forward"); v.neighbours("halt", ("stop", "cease"))\n'
-               'looked_up = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n'
+               'seconds = time.process_time()\n'
+               'looked_up = peak_kb()\n'
                'v.keyed_vectors.most_similar("halt")\n'
-               'searched = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n'
-               'print(json.dumps([looked_up, searched]))')
-    lookup = program.split('v.keyed_vectors')[0]
+               'print(json.dumps([seconds, looked_up, peak_kb()]))')
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
-    times = []
-    for _ in range(3):  # the best of three: other processes may be at work
-        began = time.perf_counter()
-        subprocess.run([sys.executable, '-c', lookup], check=True, timeout=60,
-                       env=environment)
-        times.append(time.perf_counter() - began)
-    assert min(times) < 1.0
     out = subprocess.run([sys.executable, '-c', program], check=True, capture_output=True,
                          timeout=60, env=environment).stdout
-    assert all(kilobytes < 150 * 1024 for kilobytes in json.loads(out))
+    seconds, looked_up_kb, searched_kb = json.loads(out)
+    assert seconds < 1.0
+    assert looked_up_kb < 150 * 1024
+    assert searched_kb < 150 * 1024
