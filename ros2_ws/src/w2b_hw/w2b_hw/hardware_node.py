@@ -139,6 +139,9 @@ class HardwareNode(ManagedNode):
         if self._io is not None:
             self._io.stop()
             self._io = None
+        self._frames.clear()
+        self._poses.clear()
+        self._last = None
 
     def cleanup(self) -> None:
         """Release the bus; the guard turns everything off once more."""

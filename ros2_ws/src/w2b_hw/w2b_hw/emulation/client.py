@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import json
 import socket
@@ -60,5 +61,7 @@ class SocketTransport:
 
     def close(self) -> None:
         """Close the connection."""
-        self._stream.close()
+        # What was not sent when the emulator went away is not worth an error now.
+        with contextlib.suppress(OSError):
+            self._stream.close()
         self._socket.close()

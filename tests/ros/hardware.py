@@ -1,0 +1,131 @@
+"""The hardware node on emulated chips in a process of their own, and what their pins did."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+from rclpy.publisher import Publisher
+from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from tests.ros.harness import EVERYTHING, System
+from w2b_controller.ros_messages import FRAMES_IN
+from w2b_hw.emulation.client import SocketTransport
+from w2b_hw.joints import JOINTS
+
+#: What a servo shows that does not move: the pulse stays within two ticks of 4.88 us.
+STILL_US = 10.0
+
+
+class HardwareSystem:
+    """A hardware node, its chips, and a brain that the test plays (or does not)."""
+
+    def __init__(self, system: System, folder: Path) -> None:
+        self.system = system
+        self.socket = str(folder / 'chips')
+        self.chips_process = system.start('emulator', self.socket)
+        system.wait(lambda: os.path.exists(self.socket), 'the emulated chips')
+        self.chips = SocketTransport(self.socket)
+        self.hardware = system.start('hardware', transport=f'emulated:{self.socket}')
+        self.answering = False
+        self.frames: list[JointState] = []
+        self.imu_raw: list[Imu] = []
+        self.imu: list[Imu] = []
+        self.mag: list[MagneticField] = []
+        self.battery: list[BatteryState] = []
+        self.pulses: list[JointState] = []
+        node = system.node
+        self._targets: Publisher | None = None
+        for kind, topic, take in (
+                (JointState, 'joint_states', self._on_frame), (JointState, 'pulses',
+                                                               self.pulses.append),
+                (Imu, 'imu/data_raw', self.imu_raw.append), (Imu, 'imu/data', self.imu.append),
+                (MagneticField, 'imu/mag', self.mag.append),
+                (BatteryState, 'battery', self.battery.append)):
+            node.create_subscription(kind, topic, take,
+                                     FRAMES_IN if kind is not JointState else EVERYTHING)
+
+    def _on_frame(self, frame: JointState) -> None:
+        self.frames.append(frame)
+        if self.answering:
+            self.answer(frame)
+
+    def answer(self, frame: JointState, positions: list[float] | None = None) -> None:
+        """Answer a frame: all joints swing by 0.4 rad at 0.5 Hz."""
+        if positions is None:
+            phase = 2 * np.pi * 0.5 * (frame.header.stamp.sec % 1000
+                                       + frame.header.stamp.nanosec * 1e-9)
+            positions = [0.4 * float(np.sin(phase + n)) for n in range(12)]
+        message = JointTrajectory(joint_names=list(JOINTS),
+                                  points=[JointTrajectoryPoint(positions=positions)])
+        message.header.stamp = frame.header.stamp
+        self.targets.publish(message)
+
+    @property
+    def targets(self) -> Publisher:
+        """The test's own targets; made on demand, for a brain refuses to be the second."""
+        if self._targets is None:
+            self._targets = self.system.node.create_publisher(
+                JointTrajectory, 'joint_trajectory', 10)
+        return self._targets
+
+    def trigger(self, service: str) -> Trigger.Response:
+        return self.system.call(Trigger, f'hardware/{service}', Trigger.Request())
+
+    def wait_for_frames(self) -> None:
+        """Wait until frames come."""
+        self.system.wait(lambda: self.frames, 'a frame')
+
+    def walk(self) -> None:
+        """Arm, with the test as brain, and wait until all servos follow."""
+        self.answering = True
+        self.arm()
+
+    def arm(self) -> None:
+        """Arm with whatever brain there is."""
+        self.wait_for_frames()
+        # Right after a match targets may still be on their way.
+        self.system.wait(lambda: self.trigger('arm').success, 'arming')
+        self.wait_for_state('ACTIVE')
+
+    def wait_for_state(self, state: str, deadline_s: float = 20.0) -> None:
+        self.system.wait(lambda: self.state() == state, f'state {state}', deadline_s)
+
+    def state(self) -> str:
+        status = self.system.statuses.get('hardware: safety')
+        values = {} if status is None else {item.key: item.value for item in status.values}
+        return values.get('state', '')
+
+    def off(self) -> bool:
+        """Whether no channel puts out a pulse, asked of the chip."""
+        return not any(self.chips.outputs()[-1].pulses_us)
+
+    def wait_until_off(self, deadline_s: float = 5.0) -> None:
+        self.system.wait(self.off, 'all channels off', deadline_s)
+
+    def spin(self, seconds: float) -> None:
+        """Let time pass."""
+        end_s = time.monotonic() + seconds
+        self.system.wait(lambda: time.monotonic() >= end_s, 'time', seconds + 5)
+
+    def pin_history(self, since_s: float) -> list[tuple[float, np.ndarray]]:
+        """Return what the twelve pins did from a moment of the monotonic clock on."""
+        outputs = self.chips.outputs()
+        before = [output for output in outputs if output.since_s <= since_s][-1:]
+        return [(output.since_s, np.array(output.pulses_us[:12]))
+                for output in [*before, *(o for o in outputs if o.since_s > since_s)]]
+
+    def close(self) -> None:
+        """End the node before its chips, and all before the system."""
+        for process in reversed(self.system.processes):
+            process.stop()
+        self.chips.close()
+
+    def swing_us(self, seconds: float) -> np.ndarray:
+        """Return how far each pulse ranged in the last seconds."""
+        pins = np.array([pulses for _, pulses in self.pin_history(time.monotonic() - seconds)])
+        return np.ptp(pins, axis=0)

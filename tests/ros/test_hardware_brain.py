@@ -1,0 +1,107 @@
+"""A word walks the robot: brain and hardware node, unchanged, on emulated chips over DDS."""
+
+import time
+
+import numpy as np
+import pytest
+
+from tests.ros.hardware import STILL_US, HardwareSystem
+from w2b_controller import controller_file
+from w2b_controller.controller_file import Controller, Motor, TrainedWord, vector_sha256
+from w2b_controller.network import Network, prime, step
+from w2b_controller.vocabulary import Vocabulary
+from w2b_hw.joints import JOINTS, limit_rad
+
+SHIPPED = 'physical_twin'
+UNHEARD = 'halt'
+
+
+def stand_in():
+    """
+    Return a controller that goes round for `forward` and settles for `stop` and its like.
+
+    Until a champion of this body ships: a random network that a search over seeds found. It was
+    not trained on `halt`.
+    """
+    generator = np.random.default_rng(547)
+    hidden, motors = generator.normal(0, 0.3, (5, 6)), generator.uniform(-1, 1, (12, 5))
+    vocabulary = Vocabulary.load()
+    words = tuple(TrainedWord(word, word, vector_sha256(vocabulary.vector(word)), None)
+                  for word in ('forward', 'stop'))
+    return Controller(
+        body=SHIPPED, network=Network(hidden, motors, np.full(12, 0.3)), sensors=(),
+        motors=tuple(Motor(joint, -limit_rad(joint), limit_rad(joint), 0.3) for joint in JOINTS),
+        period_s=0.05, words=words, record={'made': 'by a test'})
+
+
+def motion(controller, word):
+    """Return how much the motors of the controller range in the second hundred of steps."""
+    state = prime(controller.network, Vocabulary.load().vector(word))
+    motors = []
+    for _ in range(200):
+        state = step(controller.network, state, [])
+        motors.append(state.motors)
+    return np.ptp(np.array(motors[100:]), axis=0)
+
+
+@pytest.fixture(scope='session')
+def controller(tmp_path_factory):
+    """The file of the shipped champion, or of the stand-in while there is none."""
+    if SHIPPED in controller_file.shipped_names():
+        path = controller_file.resolve(SHIPPED)
+    else:
+        path = tmp_path_factory.mktemp('controller') / 'twin.json'
+        controller_file.save(stand_in(), path)
+    loaded = controller_file.load(path)
+    assert [motor.joint for motor in loaded.motors] == list(JOINTS)
+    assert UNHEARD not in [word.word for word in loaded.words]
+    return path
+
+
+@pytest.fixture
+def robot(system, tmp_path, controller):
+    robot = HardwareSystem(system, tmp_path)
+    robot.brain = system.start('brain', controller=controller)
+    system.wait_for_brain()
+    robot.arm()
+    yield robot
+    robot.close()
+
+
+def test_forward_walks_stop_and_an_unheard_synonym_still(robot):
+    level, message, _ = robot.system.tell('forward')
+    assert level == 0, message
+    robot.spin(3.5)
+    walking = robot.swing_us(2.5)
+    assert np.count_nonzero(walking > 10 * STILL_US) >= 4, walking
+    for word in ('stop', UNHEARD):
+        robot.system.tell('forward')
+        robot.spin(1.0)
+        robot.system.tell(word)
+        robot.spin(4.0)
+        still = robot.swing_us(1.5)
+        assert still.mean() < 0.1 * walking.mean(), (word, still, walking)
+        print(f'{word}: mean swing {still.mean():.1f} us, walking {walking.mean():.1f} us')
+    assert robot.state() == 'ACTIVE'
+
+
+def test_the_brain_killed_holds_parks_and_relaxes_on_time(robot):
+    robot.system.tell('forward')
+    robot.spin(2.0)
+    robot.brain.kill()
+    killed_s = time.monotonic()
+    robot.wait_until_off()
+    history = robot.pin_history(killed_s - 0.2)
+    times = np.array([since_s for since_s, _ in history]) - killed_s
+    off_at_s = times[[not pins.any() for _, pins in history]][-1]
+    moved = times[(times > 0.15) & (times < off_at_s)]
+    # The last target came at most one frame before the kill. Held: no pulse changes between the
+    # time that the last move may take and 450 ms; then it parks, and is off when parked.
+    late = moved[(moved > 0.25) & (moved < 0.44)]
+    assert late.size == 0, late
+    assert moved.size > 0
+    assert 0.44 <= moved[0] <= 0.6, moved
+    assert off_at_s <= 0.55 + 2.0 + 0.1
+    robot.wait_for_state('DISARMED')
+    print(f'brain killed: parking began after {1e3 * moved[0]:.0f} ms, '
+          f'all channels off after {1e3 * off_at_s:.0f} ms')
