@@ -55,11 +55,15 @@ class ServoBank:
                  oscillator_hz: float = 25e6, frequency_hz: float = 50.0) -> None:
         self._transport = transport
         self._address = address
-        self._oscillator_hz = oscillator_hz
         self._frequency_hz = frequency_hz
         self._first, self._last = min(channels), max(channels)
-        self._prescale = round(oscillator_hz / (COUNTS * frequency_hz)) - 1
+        self._oscillator_hz = oscillator_hz
         self._mode2 = MODE2_ON_STOP
+
+    @property
+    def _prescale(self) -> int:
+        # As Adafruit's driver rounds it: connect() checks that they agree.
+        return int(self._oscillator_hz / COUNTS / self._frequency_hz + 0.5) - 1
 
     @property
     def tick_us(self) -> float:
@@ -86,6 +90,11 @@ class ServoBank:
         chip.mode2_reg = MODE2_ON_ACK
         self._mode2 = MODE2_ON_ACK
         self.check()
+
+    def set_oscillator(self, oscillator_hz: float) -> None:
+        """Take another measured clock, and set the chip up with it: all channels off."""
+        self._oscillator_hz = oscillator_hz
+        self.connect()
 
     def check(self) -> None:
         """Read the chip's state (ChipStateError if it is not as set up, OSError)."""

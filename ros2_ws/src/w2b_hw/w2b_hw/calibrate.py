@@ -1,0 +1,153 @@
+"""
+`ros2 run w2b_hw calibrate`: find each servo's zero, range and direction from the keyboard.
+
+Works in any terminal, over SSH too. It starts and ends with all servos off, drives one servo at a
+time, and saves atomically. No ROS is needed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import select
+import signal
+import sys
+import termios
+import tty
+from pathlib import Path
+from types import FrameType
+
+from w2b_hw import calibration
+from w2b_hw.calibration import Calibration, CalibrationError
+from w2b_hw.calibration_session import HELP, Session
+from w2b_hw.guard import Guard
+from w2b_hw.servo_bank import ChipStateError, ServoBank
+from w2b_hw.transport import DEFAULT_DEVICE, EMULATED, open_transport
+
+DEFAULT_PATH = Path('~/.config/w2b/calibration.yaml')
+_SIGN_OF_LIFE_EVERY_S = 0.1
+_CTRL_C, _CTRL_D = '\x03', '\x04'
+
+
+class Terminal:
+    """Keys one by one, without echo; the terminal is as it was afterwards."""
+
+    def __init__(self) -> None:
+        self._descriptor = sys.stdin.fileno()
+
+    def __enter__(self) -> Terminal:
+        self._before = termios.tcgetattr(self._descriptor)
+        tty.setraw(self._descriptor)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._before)
+
+    def key(self, timeout_s: float) -> str | None:
+        """Return the next key; None if there was none; Ctrl-D if the line was cut."""
+        ready, _, _ = select.select([self._descriptor], [], [], timeout_s)
+        if not ready:
+            return None
+        return os.read(self._descriptor, 1).decode(errors='replace') or _CTRL_D
+
+    def print(self, text: str) -> None:
+        """Print lines; in raw mode a line feed alone does not return."""
+        sys.stdout.write(text.replace('\n', '\r\n') + '\r\n')
+        sys.stdout.flush()
+
+
+class _Ended(BaseException):
+    """A signal ends the program: SIGTERM, or SIGHUP when the SSH connection is lost."""
+
+
+def run(session: Session, terminal: Terminal, path: Path, guard: Guard | None) -> None:
+    """Turn keys into calibration until the user leaves."""
+    terminal.print(HELP)
+    terminal.print(session.show())
+    leaving = False
+    while True:
+        if guard is not None:
+            guard.sign_of_life(session.driven)
+        key = terminal.key(_SIGN_OF_LIFE_EVERY_S)
+        if key is None:
+            continue
+        if key in ('q', _CTRL_C, _CTRL_D):
+            session.relax()
+            if session.saved or leaving or key == _CTRL_D:
+                return
+            session.message = 'NOT SAVED: s saves, q again leaves without'
+            leaving = True
+        elif key == 's':
+            try:
+                calibration.save(session.finished(), path)
+                session.saved = True
+                session.message = f'saved {path}'
+            except (CalibrationError, OSError) as error:
+                session.message = f'not saved: {error}'
+        else:
+            leaving = False
+            session.press(key)
+        terminal.print(session.show())
+
+
+def start_from(path: Path) -> tuple[Calibration, str]:
+    """Return the calibration to begin with, and where it came from."""
+    try:
+        return calibration.load(path), f'beginning from {path}'
+    except CalibrationError as error:
+        return calibration.nominal(), f'beginning from nominal values ({error})'
+
+
+def main() -> None:
+    """Calibrate; exit code 1 with one line if that cannot be done."""
+    parser = argparse.ArgumentParser(description='Calibrate the servos from the keyboard.')
+    parser.add_argument('--transport', default=DEFAULT_DEVICE,
+                        help='bus device, or emulated[:SOCKET] (default: %(default)s)')
+    parser.add_argument('--file', type=Path, default=DEFAULT_PATH, help='(default: %(default)s)')
+    parser.add_argument('--seal', action='store_true',
+                        help='only check a file that was edited by hand and renew its checksum')
+    arguments, _ = parser.parse_known_args()
+    path = arguments.file.expanduser()
+    try:
+        if arguments.seal:
+            calibration.seal(path)
+            print(f'calibrate: {path} is in order; its checksum is new')
+        else:
+            _calibrate(path, arguments.transport)
+    except (OSError, ValueError, ChipStateError, RuntimeError) as error:
+        sys.exit(f'calibrate: {error}')
+
+
+def _calibrate(path: Path, transport_name: str) -> None:
+    if not sys.stdin.isatty():
+        raise ValueError('expected a terminal; over SSH use `ssh -t`')
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _end)
+    start, origin = start_from(path)
+    transport = open_transport(transport_name)
+    bank = ServoBank(transport, range(16), address=start.board.address,
+                     oscillator_hz=start.board.oscillator_hz,
+                     frequency_hz=start.board.frequency_hz)
+    bank.connect()
+    guard = None if transport_name == EMULATED else Guard(transport_name, start.board.address)
+    try:
+        with Terminal() as terminal:
+            terminal.print(origin)
+            run(Session(bank, start), terminal, path, guard)
+    except _Ended:
+        return
+    finally:
+        try:
+            bank.relax()
+        finally:
+            transport.close()
+            if guard is not None:
+                guard.close()
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    raise _Ended
+
+
+if __name__ == '__main__':
+    main()

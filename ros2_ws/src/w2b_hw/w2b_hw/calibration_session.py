@@ -1,0 +1,230 @@
+"""
+Calibrating, without a terminal: what each key does to the robot and to the values.
+
+One servo at a time is driven, all others are off; a servo is moved in small steps, and what was
+found is kept by keys that say "here". Every change can be undone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from w2b_hw.calibration import (
+    LONGEST_US,
+    SHORTEST_US,
+    Board,
+    Calibration,
+    CalibrationError,
+    Servo,
+)
+from w2b_hw.joints import limit_rad
+from w2b_hw.servo_bank import ChipStateError, ServoBank
+
+SMALL_US, LARGE_US = 5.0, 20.0
+#: The angle of the second mark: a set square fits it.
+MARK_RAD = math.radians(45)
+OSCILLATOR_STEP_HZ = 50e3
+
+HELP = """\
+ n p   next, previous servo (relaxes)     e     energise this servo, or relax it
+ . ,   5 us longer, shorter               > <   20 us longer, shorter
+ z     here the joint is at zero          m     here it is at +45 degrees
+ l u   here its range ends (short, long)  d     turn the direction round
+ + -   board clock 50 kHz up, down        x     undo
+ s     save                               q     relax and leave"""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """The values so far; unlike a `Calibration`, they need not belong together yet."""
+
+    board: Board
+    servos: tuple[dict[str, float | int | str], ...]
+
+    def finished(self) -> Calibration:
+        """Return the calibration (CalibrationError if the values do not belong together)."""
+        return Calibration(self.board, tuple(Servo(**servo)  # type: ignore[arg-type]
+                                             for servo in self.servos))
+
+
+class Session:
+    """
+    One calibration.
+
+    Parameters
+    ----------
+    bank
+        Connected, all off.
+    start
+        Where to begin from: the last calibration, or the nominal one.
+
+    """
+
+    def __init__(self, bank: ServoBank, start: Calibration) -> None:
+        self._bank = bank
+        self._draft = Draft(start.board, tuple(vars(servo).copy() for servo in start.servos))
+        self._undo: list[Draft] = []
+        self._index = 0
+        self._pulse_us = 0.0
+        self._driven = False
+        self.saved = True
+        #: What the last key did, or why it did nothing.
+        self.message = 'all servos are off; e energises this one'
+        self._recentre()
+
+    @property
+    def driven(self) -> bool:
+        """Whether a servo is driven."""
+        return self._driven
+
+    def press(self, key: str) -> None:
+        """Do what a key says; what goes wrong on the bus is in the message."""
+        actions = {'n': lambda: self._select(1), 'p': lambda: self._select(-1),
+                   'e': self._energise, '.': lambda: self._step(SMALL_US),
+                   ',': lambda: self._step(-SMALL_US), '>': lambda: self._step(LARGE_US),
+                   '<': lambda: self._step(-LARGE_US), 'z': self._zero, 'm': self._mark,
+                   'l': self._shortest, 'u': self._longest, 'd': self._turn_round,
+                   '+': lambda: self._clock(OSCILLATOR_STEP_HZ),
+                   '-': lambda: self._clock(-OSCILLATOR_STEP_HZ), 'x': self._take_back}
+        action = actions.get(key)
+        if action is None:
+            self.message = f'no key {key!r}'
+            return
+        try:
+            action()
+        except (OSError, ChipStateError) as error:
+            # The values found so far must survive a spike on the wire or a loose supply.
+            self._recover(error)
+
+    def _recover(self, error: Exception) -> None:
+        self._driven = False
+        try:
+            self._bank.connect()
+        except (OSError, ChipStateError):
+            self.message = f'{error}: the servos could not be turned off, CUT THEIR SUPPLY'
+        else:
+            self.message = f'{error}: relaxed'
+
+    def relax(self) -> None:
+        """Turn everything off (OSError if the chip does not answer)."""
+        self._driven = False
+        self._bank.relax()
+
+    def finished(self) -> Calibration:
+        """Return the calibration (CalibrationError if the values do not belong together)."""
+        return self._draft.finished()
+
+    def show(self) -> str:
+        """Return the screen: one line for the servo, one for the last key."""
+        servo = self._servo
+        direction = '+' if servo['direction'] == 1 else '-'
+        return (f'[{self._index + 1:2d}/{len(self._draft.servos)}] {servo["joint"]:<18} '
+                f'channel {servo["channel"]:2d}  {"DRIVEN " if self._driven else "relaxed"} '
+                f'{self._pulse_us:6.0f} us | zero {servo["zero_us"]:6.1f}  {direction}'
+                f'{servo["us_per_rad"]:.1f} us/rad  range {servo["min_us"]:.0f}..'
+                f'{servo["max_us"]:.0f} us | clock {self._draft.board.oscillator_hz / 1e6:.2f} MHz'
+                f' | {"saved" if self.saved else "NOT SAVED"}\n{self.message}')
+
+    # -- moving
+
+    def _select(self, step: int) -> None:
+        self.relax()
+        self._index = (self._index + step) % len(self._draft.servos)
+        self._recentre()
+        self.message = 'relaxed; e energises this one'
+
+    def _energise(self) -> None:
+        if self._driven:
+            self.relax()
+            self.message = 'relaxed'
+            return
+        self._drive(self._pulse_us)
+        self._driven = True
+        self.message = 'driven: . and , move it by 5 us, > and < by 20 us'
+
+    def _step(self, by_us: float) -> None:
+        if not self._driven:
+            self.message = 'energise it first (e)'
+            return
+        wanted_us = self._pulse_us + by_us
+        if not SHORTEST_US <= wanted_us <= LONGEST_US:
+            self.message = f'no servo goes beyond {SHORTEST_US:.0f}..{LONGEST_US:.0f} us'
+            return
+        self._drive(wanted_us)
+        self.message = f'{wanted_us:.0f} us'
+
+    def _drive(self, pulse_us: float) -> None:
+        # A chip that lost power must not be driven on; the error says so.
+        self._bank.check()
+        self._bank.write({int(self._servo['channel']): pulse_us})
+        self._pulse_us = pulse_us
+
+    def _recentre(self) -> None:
+        self._pulse_us = float(self._servo['zero_us'])
+
+    # -- values
+
+    @property
+    def _servo(self) -> dict[str, float | int | str]:
+        return self._draft.servos[self._index]
+
+    def _zero(self) -> None:
+        self._change('zero is here', zero_us=self._pulse_us)
+
+    def _mark(self) -> None:
+        from_zero_us = self._pulse_us - float(self._servo['zero_us'])
+        if abs(from_zero_us) < LARGE_US:
+            self.message = 'move it to +45 degrees first: it is at zero'
+            return
+        self._change('+45 degrees is here', direction=1 if from_zero_us > 0 else -1,
+                     us_per_rad=abs(from_zero_us) / MARK_RAD)
+
+    def _shortest(self) -> None:
+        self._change('the range ends here', min_us=self._pulse_us)
+
+    def _longest(self) -> None:
+        self._change('the range ends here', max_us=self._pulse_us)
+
+    def _turn_round(self) -> None:
+        self._change('direction turned round', direction=-int(self._servo['direction']))
+
+    def _clock(self, by_hz: float) -> None:
+        self.relax()
+        try:
+            board = replace(self._draft.board,
+                            oscillator_hz=self._draft.board.oscillator_hz + by_hz)
+        except CalibrationError as error:
+            self.message = str(error)
+            return
+        self._keep(replace(self._draft, board=board))
+        self._bank.set_oscillator(board.oscillator_hz)
+        self.message = 'clock changed, relaxed: measure a pulse of 1500 us again'
+
+    def _change(self, message: str, **values: float | int) -> None:
+        servo = {**self._servo, **values}
+        # The angles' range follows the pulses': what is reachable, within the joint's limits.
+        limits = sorted(int(servo['direction']) * (float(servo[end]) - float(servo['zero_us']))
+                        / float(servo['us_per_rad']) for end in ('min_us', 'max_us'))
+        most_rad = limit_rad(str(servo['joint']))
+        servo['min_rad'] = max(limits[0], -most_rad)
+        servo['max_rad'] = min(limits[1], most_rad)
+        servos = list(self._draft.servos)
+        servos[self._index] = servo
+        self._keep(replace(self._draft, servos=tuple(servos)))
+        self.message = message
+
+    def _keep(self, draft: Draft) -> None:
+        self._undo.append(self._draft)
+        self._draft = draft
+        self.saved = False
+
+    def _take_back(self) -> None:
+        if not self._undo:
+            self.message = 'nothing to undo'
+            return
+        self.relax()
+        self._draft = self._undo.pop()
+        self._bank.set_oscillator(self._draft.board.oscillator_hz)
+        self.saved = False
+        self.message = 'undone, relaxed'

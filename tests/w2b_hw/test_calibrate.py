@@ -1,0 +1,238 @@
+"""Calibrating: the session's keys, and the command itself in a scripted terminal."""
+
+import math
+import os
+import pty
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from w2b_hw import calibration
+from w2b_hw.calibration import CalibrationError, nominal
+from w2b_hw.calibration_session import Session
+from w2b_hw.emulation.client import SocketTransport
+from w2b_hw.emulation.faults import FaultyTransport, no_acknowledge
+from w2b_hw.emulation.robot import EmulatedRobot
+from w2b_hw.servo_bank import ServoBank
+
+
+class Bench:
+    def __init__(self):
+        self.robot = EmulatedRobot()
+        self.wire = FaultyTransport(self.robot.wire)
+        bank = ServoBank(self.wire, range(16))
+        bank.connect()
+        self.session = Session(bank, nominal())
+
+    def press(self, keys):
+        for key in keys:
+            self.session.press(key)
+        return self.session.message
+
+    def driven(self):
+        return {channel: pulse for channel, pulse
+                in enumerate(self.robot.pca9685.pulses_us()) if pulse}
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def test_it_begins_relaxed_and_drives_one_servo_at_a_time(bench):
+    assert bench.driven() == {}
+    bench.press('e')
+    assert bench.driven() == {0: pytest.approx(1500, abs=3)}
+    bench.press('nn')
+    assert bench.driven() == {}
+    bench.press('e')
+    assert list(bench.driven()) == [2]
+    bench.press('e')
+    assert bench.driven() == {}
+
+
+def test_steps_are_small_and_only_while_driven(bench):
+    assert 'energise' in bench.press('.')
+    bench.press('e...>')
+    assert bench.driven() == {0: pytest.approx(1535, abs=3)}
+    bench.press(',<')
+    assert bench.driven() == {0: pytest.approx(1510, abs=3)}
+
+
+def test_no_key_leads_beyond_what_servos_take(bench):
+    assert 'no servo goes beyond 500..2500' in bench.press('e' + '>' * 60)
+    assert bench.driven()[0] == pytest.approx(2500, abs=3)
+
+
+def test_zero_mark_and_range_make_the_servo_of_the_file(bench):
+    bench.press('e' + '>' * 2 + 'z')            # zero at 1540
+    bench.press('<' * 25 + 'm')                 # +45 degrees at 1040: shorter is positive
+    bench.press('<' * 5 + 'l' + '>' * 50 + 'u')  # range 940..1940
+    servo = bench.session.finished().servos[0]
+    assert (servo.zero_us, servo.direction) == (1540, -1)
+    assert servo.us_per_rad == pytest.approx(500 / math.radians(45))
+    assert (servo.min_us, servo.max_us) == (940, 1940)
+    assert servo.max_rad == pytest.approx(math.radians(30))  # the hip's own limit
+    assert servo.min_rad == pytest.approx(-math.radians(30))
+    assert not bench.session.saved
+
+
+def test_a_mark_at_zero_is_refused(bench):
+    assert 'move it to +45' in bench.press('em')
+
+
+def test_undo_takes_back_change_after_change_and_relaxes(bench):
+    before = bench.session.finished()
+    bench.press('e>z>z+d')
+    bench.press('e')
+    bench.press('x')
+    assert bench.driven() == {}
+    bench.press('xxx')
+    assert bench.session.finished() == before
+    assert bench.press('x') == 'nothing to undo'
+
+
+def test_the_clock_sets_the_prescale(bench):
+    bench.press('+' * 40)
+    assert bench.session.finished().board.oscillator_hz == 27e6
+    assert bench.robot.pca9685.register(0xFE) == 131
+    assert 'oscillator_hz: expected' in bench.press('+' * 100)
+
+
+def test_values_that_do_not_belong_together_are_not_finished(bench):
+    bench.press('e' + '>' * 10 + 'u' + '>' * 10 + 'z')  # zero beyond the range
+    with pytest.raises(CalibrationError, match='zero_us'):
+        bench.session.finished()
+
+
+def test_a_spike_on_the_wire_relaxes_and_loses_nothing(bench):
+    bench.press('e>z')
+    bench.wire.once(no_acknowledge)
+    assert 'relaxed' in bench.press('>')
+    assert bench.driven() == {}
+    assert bench.session.finished().servos[0].zero_us == 1520
+    bench.wire.always(no_acknowledge)
+    assert 'CUT THEIR SUPPLY' in bench.press('e')
+
+
+def test_a_brown_out_is_told_and_the_chip_set_up_again(bench):
+    bench.press('e')
+    bench.robot.pca9685.power_on()
+    assert 'lost power' in bench.press('>')
+    bench.press('e')
+    assert list(bench.driven()) == [0]
+
+
+class ScriptedTerminal:
+    """The command in a pseudo-terminal, as over SSH."""
+
+    def __init__(self, *arguments):
+        self.master, slave = pty.openpty()
+        self.process = subprocess.Popen(
+            [sys.executable, '-m', 'w2b_hw.calibrate', *arguments],
+            stdin=slave, stdout=slave, stderr=slave)
+        os.close(slave)
+        self.screen = ''
+
+    def expect(self, text, deadline_s=15.0):
+        """Read until the text shows after what was expected before."""
+        end_s = time.monotonic() + deadline_s
+        while text not in self.screen:
+            ready, _, _ = select.select([self.master], [], [], max(0, end_s - time.monotonic()))
+            assert ready, f'no {text!r} on the screen: {self.screen}'
+            try:
+                self.screen += os.read(self.master, 4096).decode()
+            except OSError:
+                raise AssertionError(f'it ended without {text!r}: {self.screen}') from None
+        self.screen = self.screen.split(text, 1)[1]
+
+    def type(self, keys):
+        os.write(self.master, keys.encode())
+
+
+@pytest.fixture
+def chips(tmp_path):
+    path = str(tmp_path / 'chips')
+    server = subprocess.Popen([sys.executable, '-m', 'w2b_hw.emulation.server', path],
+                              stdout=subprocess.PIPE)
+    assert b'emulated chips' in server.stdout.readline()
+    client = SocketTransport(path)
+    client.path = path
+    yield client
+    client.close()
+    server.terminate()
+    server.wait()
+    server.stdout.close()
+
+
+def lit(chips):
+    return [channel for channel, pulse in enumerate(chips.outputs()[-1].pulses_us) if pulse]
+
+
+def wait_until_off(chips, deadline_s):
+    end_s = time.monotonic() + deadline_s
+    while lit(chips):
+        assert time.monotonic() < end_s, 'still driven'
+
+
+def test_the_command_calibrates_undoes_and_saves(chips, tmp_path):
+    path = tmp_path / 'calibration.yaml'
+    terminal = ScriptedTerminal('--transport', f'emulated:{chips.path}', '--file', str(path))
+    terminal.expect('nominal values')
+    terminal.expect('front_left_hip')
+    terminal.type('e')
+    terminal.expect('DRIVEN')
+    assert lit(chips) == [0]
+    for _ in range(3):
+        terminal.type('.')
+        terminal.expect(' us')
+    terminal.type('z')
+    terminal.expect('zero is here')
+    terminal.type('d')
+    terminal.expect('turned round')
+    terminal.type('x')
+    terminal.expect('undone')
+    terminal.type('q')
+    terminal.expect('NOT SAVED: s saves')
+    assert lit(chips) == []
+    terminal.type('s')
+    terminal.expect(f'saved {path}')
+    terminal.type('q')
+    assert terminal.process.wait(10) == 0
+    servo = calibration.load(path).servos[0]
+    assert (servo.zero_us, servo.direction) == (1515, 1)
+    assert lit(chips) == []
+
+
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGHUP, signal.SIGKILL],
+                         ids=lambda number: number.name)
+def test_the_command_leaves_no_servo_driven_however_it_ends(chips, tmp_path, number):
+    terminal = ScriptedTerminal('--transport', f'emulated:{chips.path}',
+                                '--file', str(tmp_path / 'c.yaml'))
+    terminal.expect('front_left_hip')
+    terminal.type('e')
+    terminal.expect('DRIVEN')
+    assert lit(chips) == [0]
+    terminal.process.send_signal(number)
+    wait_until_off(chips, 1.0)
+    terminal.process.wait(10)
+
+
+def test_without_a_terminal_it_says_so(tmp_path):
+    run = subprocess.run([sys.executable, '-m', 'w2b_hw.calibrate', '--transport', 'emulated'],
+                         stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert run.returncode == 1
+    assert re.fullmatch(r'calibrate: expected a terminal; over SSH use `ssh -t`\n', run.stderr)
+
+
+def test_sealing_from_the_command_line(tmp_path):
+    path = tmp_path / 'c.yaml'
+    calibration.save(nominal(), path)
+    path.write_text(path.read_text().replace('25000000.0', '26000000.0'))
+    command = [sys.executable, '-m', 'w2b_hw.calibrate', '--seal', '--file', str(path)]
+    assert subprocess.run(command, capture_output=True, timeout=60).returncode == 0
+    assert calibration.load(path).board.oscillator_hz == 26e6
