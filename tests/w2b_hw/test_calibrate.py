@@ -11,6 +11,7 @@ import sys
 import time
 
 import pytest
+
 from w2b_hw import calibration
 from w2b_hw.calibration import CalibrationError, nominal
 from w2b_hw.calibration_session import Session

@@ -33,6 +33,14 @@ def find(transport: Transport, name: str = AUTO) -> Part | None:
         If there is no such choice.
 
     """
+    part = identify(transport, name)
+    if part is not None:
+        part.configure()
+    return part
+
+
+def identify(transport: Transport, name: str = AUTO) -> Part | None:
+    """Return the IMU on the bus as it is: nothing is written to it (raises what `find` does)."""
     if name not in CHOICES:
         raise ValueError(f'imu: expected one of {", ".join(CHOICES)}, got {name!r}')
     if name == NONE:
@@ -48,9 +56,7 @@ def find(transport: Transport, name: str = AUTO) -> Part | None:
                 answers.append(f'0x{address:02x}: no answer (error {error.errno})')
                 continue
             if identity == kind.who_am_i:
-                part = kind(transport, address)
-                part.configure()
-                return part
+                return kind(transport, address)
             answers.append(f'0x{address:02x}: 0x{identity:02x} in register '
                            f'0x{kind.who_am_i_register:02x}, not the 0x{kind.who_am_i:02x} '
                            f'of {kind.name}')

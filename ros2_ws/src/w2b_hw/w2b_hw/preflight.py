@@ -1,0 +1,201 @@
+"""
+`ros2 run w2b_hw preflight`: is everything there that the robot needs, and what to do if not.
+
+It only reads: no servo moves, no chip is written to.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from importlib import import_module
+from pathlib import Path
+
+from w2b_hw import calibration
+from w2b_hw.calibrate import DEFAULT_PATH
+from w2b_hw.calibration import CalibrationError
+from w2b_hw.imu import registry
+from w2b_hw.imu.part import ImuError
+from w2b_hw.power import HWMON, Power
+from w2b_hw.relax import ALL_LED_OFF_H, MODE1, PRE_SCALE
+from w2b_hw.transport import DEFAULT_DEVICE, Transport, open_transport, read_register
+
+CONFIG = '/boot/firmware/config.txt'
+WANTED_HZ = 400_000
+#: Brain and hardware node need 150 MB; a system under memory pressure misses frames.
+WANTED_MB = 300
+_POWER_ON_PRESCALE = 0x1E
+_MODULES = {'numpy': 'apt install python3-numpy', 'yaml': 'apt install python3-yaml',
+            'smbus2': 'pip install smbus2', 'imufusion': 'pip install imufusion',
+            'adafruit_pca9685': 'pip install adafruit-circuitpython-pca9685 adafruit-blinka',
+            'w2b_controller.status': 'build the workspace and source its setup.bash'}
+_ROS_MODULES = ('rclpy', 'sensor_msgs.msg', 'trajectory_msgs.msg', 'diagnostic_msgs.msg',
+                'std_srvs.srv', 'lifecycle_msgs.msg')
+
+
+class Grade(Enum):
+    """What a check found."""
+
+    OK = 'ok'
+    WARN = 'WARN'
+    FAIL = 'FAIL'
+
+
+@dataclass(frozen=True)
+class Check:
+    """One finding, and what to do about it."""
+
+    grade: Grade
+    name: str
+    found: str
+    fix: str = ''
+
+    def __str__(self) -> str:
+        """Return one line."""
+        line = f'{self.grade.value:<4} {self.name}: {self.found}'
+        return f'{line} -> {self.fix}' if self.fix else line
+
+
+def check_servo_chip(transport: Transport, address: int) -> Check:
+    """Read the PCA9685's state."""
+    name = f'servo chip 0x{address:02x}'
+    try:
+        mode1 = read_register(transport, address, MODE1)[0]
+        prescale = read_register(transport, address, PRE_SCALE)[0]
+        all_led = read_register(transport, address, ALL_LED_OFF_H)[0]
+    except OSError as error:
+        return Check(Grade.FAIL, name, f'no answer (error {error.errno})',
+                     'check SDA, SCL, ground and VCC (3.3 V); i2cdetect -y 1 should show it')
+    if all_led != 0 or prescale < 3:
+        return Check(Grade.FAIL, name, f'answers, but not as a PCA9685 does (ALL_LED_OFF_H '
+                     f'0x{all_led:02x}, PRE_SCALE {prescale})', 'another chip at this address?')
+    fresh = mode1 == 0x11 and prescale == _POWER_ON_PRESCALE
+    return Check(Grade.OK, name, 'in its power-on state' if fresh
+                 else f'set up before (MODE1 0x{mode1:02x}, PRE_SCALE {prescale})')
+
+
+def check_imu(transport: Transport, choice: str) -> Check:
+    """Look for the IMU by its identity."""
+    try:
+        part = registry.identify(transport, choice)
+    except (ImuError, ValueError) as error:
+        return Check(Grade.FAIL, 'imu', *str(error).rsplit(': ', 1))
+    return Check(Grade.OK, 'imu', 'none wanted' if part is None else part.name)
+
+
+def check_calibration(path: Path) -> Check:
+    """Load the calibration file."""
+    try:
+        found = calibration.load(path)
+    except CalibrationError as error:
+        return Check(Grade.FAIL, 'calibration', str(error), 'ros2 run w2b_hw calibrate')
+    if found == calibration.nominal():
+        return Check(Grade.WARN, 'calibration', f'{path} holds nominal values only',
+                     'calibrate each servo before it carries a leg')
+    return Check(Grade.OK, 'calibration', f'{path}, clock {found.board.oscillator_hz / 1e6:.2f} '
+                 f'MHz, {len(found.servos)} servos')
+
+
+def check_bus_clock(device: str, adapters: Path) -> Check:
+    """Read the bus clock from the device tree: a big-endian word."""
+    property_ = adapters / Path(device).name / 'of_node' / 'clock-frequency'
+    try:
+        clock_hz = int.from_bytes(property_.read_bytes(), 'big')
+    except OSError:
+        return Check(Grade.WARN, 'bus clock', 'unknown: the device tree does not tell')
+    if clock_hz < WANTED_HZ:
+        return Check(Grade.WARN, 'bus clock', f'{clock_hz / 1e3:.0f} kHz',
+                     f'dtparam=i2c_arm_baudrate={WANTED_HZ} in {CONFIG}, then reboot')
+    return Check(Grade.OK, 'bus clock', f'{clock_hz / 1e3:.0f} kHz')
+
+
+def check_power(power: Power) -> Check:
+    """Read the undervoltage alarm."""
+    if not power.present:
+        return Check(Grade.WARN, 'supply', 'no undervoltage sensor on this machine')
+    if power.undervoltage():
+        return Check(Grade.FAIL, 'supply', 'undervoltage',
+                     'a stronger 5 V supply for the Pi; servos on a supply of their own')
+    return Check(Grade.OK, 'supply', 'no undervoltage')
+
+
+def check_modules(load: Callable[[str], object] = import_module) -> list[Check]:
+    """Import what the node needs."""
+    missing = []
+    for module, fix in _MODULES.items():
+        try:
+            load(module)
+        except ImportError as error:
+            missing.append(Check(Grade.FAIL, 'python', f'{module} is missing ({error})', fix))
+    checks = missing or [Check(Grade.OK, 'python', f'{sys.version.split()[0]} with all packages')]
+    try:
+        for module in _ROS_MODULES:
+            load(module)
+    except ImportError as error:
+        return [*checks, Check(Grade.FAIL, 'ros', str(error), '. /opt/ros/jazzy/setup.bash')]
+    return [*checks, Check(Grade.OK, 'ros', 'rclpy and messages')]
+
+
+def check_memory(meminfo: Path) -> Check:
+    """Read what memory is free."""
+    try:
+        lines = meminfo.read_text(encoding='ascii').splitlines()
+        free_mb = next(int(line.split()[1]) // 1024 for line in lines
+                       if line.startswith('MemAvailable'))
+    except (OSError, StopIteration, ValueError):
+        return Check(Grade.WARN, 'memory', 'unknown')
+    if free_mb < WANTED_MB:
+        return Check(Grade.WARN, 'memory', f'{free_mb} MB available',
+                     f'stop other programs: {WANTED_MB} MB keep frames on time')
+    return Check(Grade.OK, 'memory', f'{free_mb} MB available')
+
+
+def check_bus(name: str, address: int, imu: str) -> list[Check]:
+    """Open the bus and look at what is on it."""
+    try:
+        transport = open_transport(name)
+    except FileNotFoundError:
+        return [Check(Grade.FAIL, 'bus', f'no {name}',
+                      f'dtparam=i2c_arm=on in {CONFIG}, i2c-dev in /etc/modules, then reboot')]
+    except PermissionError:
+        return [Check(Grade.FAIL, 'bus', f'no permission for {name}',
+                      'sudo usermod -aG i2c $USER, then log in again')]
+    except (OSError, ValueError) as error:
+        return [Check(Grade.FAIL, 'bus', str(error), 'see deploy/README.md')]
+    try:
+        return [Check(Grade.OK, 'bus', name), check_servo_chip(transport, address),
+                check_imu(transport, imu)]
+    finally:
+        transport.close()
+
+
+def main() -> None:
+    """Print all findings; exit code 1 if something is missing that the robot needs."""
+    parser = argparse.ArgumentParser(description='Check what the robot needs. Only reads.')
+    parser.add_argument('--transport', default=DEFAULT_DEVICE, help='(default: %(default)s)')
+    parser.add_argument('--calibration', type=Path, default=DEFAULT_PATH,
+                        help='(default: %(default)s)')
+    parser.add_argument('--imu', choices=registry.CHOICES, default=registry.AUTO)
+    arguments, _ = parser.parse_known_args()
+    path = arguments.calibration.expanduser()
+    try:
+        address = calibration.load(path).board.address
+    except CalibrationError:
+        address = calibration.nominal().board.address
+    checks = check_bus(arguments.transport, address, arguments.imu)
+    if arguments.transport.startswith('/'):
+        checks.append(check_bus_clock(arguments.transport, Path('/sys/class/i2c-adapter')))
+    checks += [check_calibration(path), check_power(Power(HWMON)), *check_modules(),
+               check_memory(Path('/proc/meminfo'))]
+    for check in checks:
+        print(check)
+    failed = sum(check.grade is Grade.FAIL for check in checks)
+    print(f'preflight: {failed} to fix' if failed else 'preflight: ready')
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == '__main__':
+    main()
