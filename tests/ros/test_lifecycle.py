@@ -128,7 +128,10 @@ def test_the_parameter_file_holds_every_parameter_with_its_default(system, insta
             for name, value in zip(names, values, strict=True)} == written
 
 
-def test_topics_can_be_renamed(system):
+def test_topics_can_be_renamed_and_simulated_time_used(system):
+    """The brain's own timers go on while simulated time stands still."""
     system.start('sim', '--ros-args', '-r', 'joint_states:=measured', '-r', 'contacts:=feet')
-    system.start('brain', joint_states_topic='measured', contacts_topic='feet')
+    system.start('brain', joint_states_topic='measured', contacts_topic='feet', use_sim_time=True)
     system.spin_for_frames(50)
+    system.pause(True)
+    system.wait_for_status('brain: frames', 2, 'no sensor frames')

@@ -194,6 +194,11 @@ def test_malformed_frames_get_no_answer_and_do_not_count_as_frames(brain, contro
     assert status.values['malformed'] == '2'
 
 
+def test_frames_without_their_contacts_are_diagnosed(brain, controller):
+    brain.joint_states(PERIOD_NS, [motor.joint for motor in controller.motors], [0.0] * 8)
+    assert brain.frames_status().message == 'no sensor frames; contacts do not come'
+
+
 def test_messages_of_one_stamp_make_a_frame(brain, controller):
     joints = [motor.joint for motor in controller.motors]
     feet = [sensor.removeprefix('touch:') for sensor in controller.sensors]

@@ -18,8 +18,10 @@ from w2b_controller.sensor_frames import FrameAssembler, FrameError, OtherBodyEr
 from w2b_controller.status import Level, Status
 from w2b_controller.vocabulary import Vocabulary
 
-#: How long an ignored frame stays a warning.
+#: How long an ignored frame stays a warning while others flow.
 WARNING_S = 5.0
+#: What is counted of frames.
+COUNTED = ('answered', 'repeated', 'stale', 'malformed', 'other_body', 'restarts')
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,15 @@ class Targets:
     joints: tuple[str, ...]
     position_rad: NDArray[np.float64]
     period_s: float
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Why a frame was ignored, and when."""
+
+    at_s: float
+    level: Level
+    message: str
 
 
 class Brain:
@@ -62,7 +73,7 @@ class Brain:
         self._assembler = FrameAssembler(self._joints, links)
         self._stream = FrameStream(controller.period_s, frame_timeout_s, clock)
         self._counts: Counter[str] = Counter()
-        self._problem: tuple[float, Level, str] | None = None
+        self._problem: Problem | None = None
         self._doing = 'standing: no command yet'
         self._state: neural.State | None = None
         self._last: Targets | None = None
@@ -128,8 +139,7 @@ class Brain:
             self._counts['restarts'] += 1
             self.stand('the sensor frames started over')
         self._counts['answered'] += 1
-        if self._problem is not None and self._problem[1] is Level.ERROR:
-            self._problem = None
+        self._forget_problem()
         self._last = self._think(frame)
         return self._last
 
@@ -151,22 +161,28 @@ class Brain:
 
     def _ignore(self, kind: str, level: Level, reason: str) -> None:
         self._counts[kind] += 1
-        self._problem = (self._clock(), level, reason)
+        self._problem = Problem(self._clock(), level, f'ignored: {reason}')
+
+    def _forget_problem(self) -> None:
+        """An accepted frame ends an error at once, and a warning when it was shown for a while."""
+        problem = self._problem
+        if problem is not None and (problem.level is Level.ERROR
+                                    or self._clock() - problem.at_s >= WARNING_S):
+            self._problem = None
 
     def frames_status(self) -> Status:
         """How the sensor frames are: the status `brain: frames`."""
-        counts = {name: str(self._counts[name]) for name in (
-            'answered', 'repeated', 'stale', 'malformed', 'other_body', 'restarts')}
+        values = {name: str(self._counts[name]) for name in COUNTED}
         last = self._stream.last_stamp_ns
-        values = {**counts, 'last_stamp_s': 'none' if last is None else f'{last / 1e9:.9f}'}
+        values['last_stamp_s'] = 'none' if last is None else f'{last / 1e9:.9f}'
         level, message = Level.OK, 'sensor frames flow'
-        if self._problem is not None and (
-                self._stream.lost or self._clock() - self._problem[0] < WARNING_S):
-            _, level, reason = self._problem
-            message = f'ignored: {reason}'
+        if self._problem is not None:
+            level, message = self._problem.level, self._problem.message
         if self._stream.lost:
-            level = Level.ERROR
-            message = 'no sensor frames' + (f'; {message}' if message.startswith('ign') else '')
+            level, missing = Level.ERROR, self._assembler.missing
+            detail = (f'; {message}' if self._problem is not None else
+                      f'; {missing} do not come' if missing else '')
+            message = f'no sensor frames{detail}'
         return Status(level, 'brain: frames', message, values)
 
     def command_status(self) -> Status:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
-from w2b_controller.ros_messages import to_diagnostic
+from w2b_controller.ros_messages import STEADY, to_diagnostic
 from w2b_controller.status import Level, Status
 
 #: How often changes are looked for, which bounds the messages that flapping states cause.
@@ -45,7 +45,7 @@ class DiagnosticsReporter:
         self._published_at_s = -PERIOD_S
         self._logged: dict[str, tuple[Level, str]] = {}
         self._logged_at_s: dict[str, float] = {}
-        self._timer = node.create_timer(CHECK_S, self.check)
+        self._timer = node.create_timer(CHECK_S, self.check, clock=STEADY)
 
     def check(self) -> None:
         """Publish if a second has passed or a status has changed."""

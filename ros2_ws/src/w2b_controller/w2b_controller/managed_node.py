@@ -12,6 +12,8 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 
+from w2b_controller.ros_messages import STEADY
+
 #: Between the shutdown transition and the end of the process: the answer has to get through.
 FAREWELL_S = 0.5
 
@@ -114,7 +116,7 @@ class ManagedNode(LifecycleNode):
         """Handle the shutdown transition: the process ends."""
         if state.label == 'active':
             self._try(self.deactivate)
-        self.create_timer(FAREWELL_S, self._end)
+        self.create_timer(FAREWELL_S, self._end, clock=STEADY)
         return self._try(self.cleanup)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:

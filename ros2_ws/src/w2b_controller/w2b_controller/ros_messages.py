@@ -1,9 +1,10 @@
-"""Between ROS messages and plain data, and the quality of service of each kind of topic."""
+"""Between ROS messages and plain data; clock and quality of service that the nodes share."""
 
 from __future__ import annotations
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -25,6 +26,8 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 NS_PER_S = 1_000_000_000
+#: For timers that go on while simulated time stands still.
+STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 
 
 def stamp_ns(stamp: Time) -> int:

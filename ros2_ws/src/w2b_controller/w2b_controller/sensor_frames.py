@@ -118,6 +118,13 @@ class FrameAssembler:
         _keep(self._contacts, stamp_ns, {name: value == 1.0 for name, value in values.items()})
         return self._joined(stamp_ns)
 
+    @property
+    def missing(self) -> str:
+        """The topic whose half of the frames does not come, empty if none is missed."""
+        if bool(self._positions) == bool(self._contacts):
+            return ''
+        return 'contacts' if self._positions else 'joint_states'
+
     def _joined(self, stamp_ns: int) -> SensorFrame | None:
         if stamp_ns not in self._positions or stamp_ns not in self._contacts:
             return None

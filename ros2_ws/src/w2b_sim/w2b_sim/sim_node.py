@@ -23,7 +23,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from w2b_controller.diagnostics import DiagnosticsReporter
 from w2b_controller.managed_node import Parameter, declare
-from w2b_controller.ros_messages import FRAMES_OUT, TARGETS, stamp_ns, to_stamp
+from w2b_controller.ros_messages import FRAMES_OUT, STEADY, TARGETS, stamp_ns, to_stamp
 from w2b_controller.ros_process import StartError
 from w2b_controller.status import Status
 from w2b_sim import bodies
@@ -82,9 +82,10 @@ class SimNode(Node):
             self, self._statuses, lambda: self._robot.body.name,
             str(self.get_parameter('diagnostics_topic').value))
         if self._robot.paced:
-            self.create_timer(self._period_s / self._number('real_time_factor'), self._on_tick)
+            self.create_timer(self._period_s / self._number('real_time_factor'), self._on_tick,
+                              clock=STEADY)
         self._republish = self.create_timer(
-            self._number('republish_timeout'), self._on_unanswered)
+            self._number('republish_timeout'), self._on_unanswered, clock=STEADY)
         if not self._robot.paused:
             self._publish_frame()
 
