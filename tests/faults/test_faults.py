@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.faults import processes  # noqa: F401  (enters its scenarios)
 from tests.faults.scenarios import SCENARIOS
 
 

@@ -12,6 +12,7 @@ pins did, `{"power_on": true}` is a brown-out, `{"held": true}` holds the bus.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import errno
 import json
 import os
@@ -46,15 +47,13 @@ class ChipServer:
             threading.Thread(target=self._serve_client, args=(client,), daemon=True).start()
 
     def _serve_client(self, client: socket.socket) -> None:
-        with client, client.makefile('rwb') as stream:
+        # A client that was killed is gone; the chips stay as it left them.
+        with client, contextlib.suppress(ConnectionError), client.makefile('rwb') as stream:
             for line in stream:
                 with self._lock:
                     answer = self._answer(json.loads(line))
-                try:
-                    stream.write(json.dumps(answer).encode() + b'\n')
-                    stream.flush()
-                except BrokenPipeError:
-                    return
+                stream.write(json.dumps(answer).encode() + b'\n')
+                stream.flush()
 
     def _answer(self, request: dict[str, Any]) -> dict[str, Any]:
         if 'transfer' in request:
