@@ -6,9 +6,11 @@ from numba import njit
 
 from w2b_sim.engines.batched.simd import fma
 
-#: For every function that becomes a part of the one compiled call. Division by zero gives
-#: infinity, as IEEE says, instead of an exception.
-inlined = njit(forceinline=True, error_model='numpy')
+#: For every function that becomes a part of the one compiled call, and so needs no way in from
+#: Python. Division by zero gives infinity, as IEEE says, instead of an exception.
+INLINED = {'forceinline': True, 'error_model': 'numpy', 'no_cpython_wrapper': True,
+           'no_cfunc_wrapper': True}
+inlined = njit(**INLINED)
 
 
 @inlined

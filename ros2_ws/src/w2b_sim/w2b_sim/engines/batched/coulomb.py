@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.memory import row
-from w2b_sim.engines.batched.rows import contact_targets, keep_impulses, motor_targets, prepare, \
-    visit_motor, visit_normal
+from w2b_sim.engines.batched.motors import hard_stop_targets, start_stops, visit_motor_and_stop
+from w2b_sim.engines.batched.rows import contact_targets, keep_impulses, prepare, visit_normal
 from w2b_sim.engines.batched.simd import fma, vmin, vsqrt
 from w2b_sim.engines.batched.tree import backward_all, forward_row, row_add, row_dot, row_length
 
@@ -23,9 +23,10 @@ TINY = 1e-24
 def solve_coulomb(layout, tables, state, frame, solve, near, count, erp_per_h, slip_per_h,
                   friction, h, sweeps, reach, per_gap):
     """Solve for the velocities of one step; they end in solve.y."""
-    motor_targets(layout, tables, state, frame, solve, count, erp_per_h, h)
+    hard_stop_targets(layout, tables, state, frame, solve, count, erp_per_h * h, h)
     contact_targets(layout, frame, solve, near, count, erp_per_h, reach, per_gap)
     prepare(layout, tables, frame, solve, near, count, state.press)
+    start_stops(layout, tables, state, solve, count)
     for q in range(count):
         c = near[q]
         state.slide_x[c] = state.slide_x[c] * solve.active[q]
@@ -36,7 +37,7 @@ def solve_coulomb(layout, tables, state, frame, solve, near, count, erp_per_h, s
               solve.inverse_y, q, slip_per_h, state.slide_y[c])
     for _ in range(sweeps):
         for d in range(layout.dynamic):
-            visit_motor(layout, tables, solve, count, d)
+            visit_motor_and_stop(layout, tables, state, solve, count, d)
         for q in range(count):
             visit_normal(layout, tables, solve, near, q)
             _visit_tangents(layout, tables, solve, state, frame, near[q], q, slip_per_h, friction)

@@ -76,6 +76,9 @@ class BatchedEngine:
         `Variations.friction` needs.
     joints
         See `tables.compile_body`.
+    physics_steps
+        In a control period instead of the world's: fewer for speed. For the physical twin, 10
+        (5 ms) agree with PyBullet's 50 nearly as well.
     sweeps
         Of the solve's stages; None for the precision's own.
     lanes
@@ -94,7 +97,7 @@ class BatchedEngine:
 
     def __init__(self, body: Body, world: World, precision: str = 'double', threads: int = 1, *,
                  friction_law: str = 'world', joints: str = 'auto',
-                 sweeps: tuple[int, int] | None = None, lanes: int | None = None,
+                 physics_steps: int | None = None, sweeps: tuple[int, int] | None = None, lanes: int | None = None,
                  say: Callable[[str], None] | None = None) -> None:
         if precision not in BITS:
             raise ValueError(f'precision: expected one of {", ".join(BITS)}, got {precision!r}')
@@ -102,9 +105,11 @@ class BatchedEngine:
             raise ValueError(f'threads: expected at least 1, got {threads}')
         if friction_law not in ('world', 'coulomb'):
             raise ValueError(f"friction_law: expected 'world' or 'coulomb', got {friction_law!r}")
+        if physics_steps is not None:
+            world = replace(world, physics_steps=physics_steps)
+        compiled = compile_body(body, world, joints)
         self.body, self.world, self.threads = body, world, threads
         self._say = say
-        compiled = compile_body(body, world, joints)
         bits = BITS[precision]
         self._dtype = np.float32 if bits == 32 else np.float64
         self._tables = compiled.cast(self._dtype)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.contacts import find
-from w2b_sim.engines.batched.coulomb import solve_coulomb
+from w2b_sim.engines.batched.friction import solve_contacts
 from w2b_sim.engines.batched.inertia import COMPOSITE, balance
 from w2b_sim.engines.batched.integration import integrate
 from w2b_sim.engines.batched.kinematics import drives, hinge_angles, rotations
@@ -24,7 +24,6 @@ from w2b_sim.engines.batched.rows import Solve
 from w2b_sim.engines.batched.simd import splat, vmax, vmin, vsqrt, where
 from w2b_sim.engines.batched.state import Frame, State, rest
 from w2b_sim.engines.batched.tables import POSITION, TOUCH
-from w2b_sim.engines.batched.viscous import solve_viscous
 
 #: Columns of `Batch.parameters`, what may differ from lane to lane.
 (ERP_PER_H, SLIP, FRICTION, GRAVITY, BASE_MASS, TOUCH_GAP, DELAY, FLIP, PUSH, GAIN,
@@ -203,14 +202,8 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
             impulse = (shove[0], shove[1], parameters[GRAVITY])
             balance(layout, tables, state, frame, composite, parameters[BASE_MASS], impulse,
                     clock.h, solve)
-            if layout.coulomb == 1:
-                solve_coulomb(layout, tables, state, frame, solve, near, found,
-                              parameters[ERP_PER_H], parameters[SLIP], parameters[FRICTION],
-                              clock.h, clock.second_sweeps, clock.reach, clock.per_gap)
-            else:
-                solve_viscous(layout, tables, state, frame, solve, near, found,
-                              parameters[ERP_PER_H], parameters[SLIP], clock.h,
-                              clock.first_sweeps, clock.second_sweeps)
+            solve_contacts(layout, tables, state, frame, solve, near, found, clock,
+                           parameters[ERP_PER_H], parameters[SLIP], parameters[FRICTION])
             integrate(layout, tables, state, frame, motion, solve.y, clock.h)
             shove[0] = splat(layout, 0.0)
             shove[1] = splat(layout, 0.0)

@@ -17,7 +17,7 @@ from __future__ import annotations
 from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.contacts import FLOOR_ZEROS, contact_rows
 from w2b_sim.engines.batched.memory import row, structure
-from w2b_sim.engines.batched.simd import fma, splat, vmax, vmin, where
+from w2b_sim.engines.batched.simd import fma, splat, vmax, where
 from w2b_sim.engines.batched.tree import factorise, forward_all, forward_row, row_add, row_dot, \
     row_length
 
@@ -37,45 +37,20 @@ Solve = structure('Solve', {
     'impulse': ('rows',),
     'lowest': ('dynamic',),          # bounds of the motors' impulses
     'highest': ('dynamic',),
+    'stop_low': ('dynamic',),        # rates that hard stops leave, and their impulses
+    'stop_high': ('dynamic',),
+    'stop': ('dynamic',),
     'row_x': ('contacts', 'width'),  # the tangents'
     'row_y': ('contacts', 'width'),
     'inverse_x': ('contacts',),
     'inverse_y': ('contacts',),
 })
 
-UNBOUNDED = 1e30
-
 
 @inlined
 def zeros(layout):
     """Return how many leading base entries of a normal's row are zero: see `contacts`."""
     return FLOOR_ZEROS if layout.dynamic == 0 else 0
-
-
-@inlined
-def motor_targets(layout, tables, state, frame, solve, count, erp_per_h, h):
-    """
-    Set targets and bounds of the motor rows, which follow the `count` rows of contacts.
-
-    Between its stops a joint has its motor. At a stop the original's engine (ODE) replaces the
-    motor by a constant torque of full strength towards the asked velocity, and the row by a
-    one-sided one that gives way at most by the error correction.
-    """
-    zero = splat(layout, 0.0)
-    for d in range(layout.dynamic):
-        j = tables.dynamic_link[d] - 1
-        limit = splat(layout, tables.torque[j] * h)
-        angle, rate = state.angle[j], frame.rate[j]
-        low = angle <= tables.lower[j]
-        high = angle >= tables.upper[j]
-        target = where(low, (tables.lower[j] - angle) * erp_per_h, rate)
-        solve.target[count + d] = where(high, (tables.upper[j] - angle) * erp_per_h, target)
-        solve.lowest[d] = where(low, 0.0, where(high, -UNBOUNDED, -limit))
-        solve.highest[d] = where(low, UNBOUNDED, where(high, zero, limit))
-        solve.active[count + d] = splat(layout, 1.0)
-        push_low = where(rate > 0.0, limit, -limit)
-        push_high = where(rate >= 0.0, limit, -limit)
-        solve.b[d] = solve.b[d] + where(low, push_low, where(high, push_high, zero))
 
 
 @inlined
@@ -96,7 +71,11 @@ def contact_targets(layout, frame, solve, near, count, erp_per_h, reach, per_gap
 
 @inlined
 def prepare(layout, tables, frame, solve, near, count, start):
-    """Factorise the balance, build the rows of normals and motors, apply the impulses `start`."""
+    """
+    Factorise the balance, build the rows of normals and motors, apply the impulses `start`.
+
+    Targets, bounds and `active` of the rows are set already.
+    """
     for d in range(layout.dynamic):
         for i in range(layout.width):
             solve.factor_joint[d, i] = solve.joint[d, i]
@@ -139,20 +118,7 @@ def keep_impulses(layout, solve, near, count, start):
 
 
 @inlined
-def sweep(layout, tables, solve, near, count, sweeps):
-    """Visit motors and normals in turn, `sweeps` times."""
-    if layout.dynamic == 0:
-        _sweep_normals(layout, solve, count, sweeps)
-    else:
-        for _ in range(sweeps):
-            for d in range(layout.dynamic):
-                visit_motor(layout, tables, solve, count, d)
-            for q in range(count):
-                visit_normal(layout, tables, solve, near, q)
-
-
-@inlined
-def _sweep_normals(layout, solve, count, sweeps):
+def sweep_normals(layout, solve, count, sweeps):
     """Sweep with the three unknowns that normals act on in registers."""
     y0, y1, y2 = solve.y[3], solve.y[4], solve.y[5]
     for _ in range(sweeps):
@@ -179,14 +145,3 @@ def visit_normal(layout, tables, solve, near, q):
     new = vmax(fma(missing, solve.inverse[q], old), 0.0) * solve.active[q]
     solve.impulse[q] = new
     row_add(layout, tables, link, first, row(solve.rows, q), new - old, solve.y)
-
-
-@inlined
-def visit_motor(layout, tables, solve, count, d):
-    """Visit the row of a motor."""
-    q, link = count + d, tables.dynamic_link[d]
-    missing = -row_dot(layout, tables, link, 0, row(solve.rows, q), solve.y, -solve.target[q])
-    old = solve.impulse[q]
-    new = vmin(vmax(fma(missing, solve.inverse[q], old), solve.lowest[d]), solve.highest[d])
-    solve.impulse[q] = new
-    row_add(layout, tables, link, 0, row(solve.rows, q), new - old, solve.y)

@@ -22,6 +22,7 @@ State = structure('State', {
     'press_first': ('rows',),        # the same of the viscous solve's first stage
     'slide_x': ('contacts',),        # friction impulses of the last step
     'slide_y': ('contacts',),
+    'stop': ('dynamic',),            # impulses of hard stops of the last step
 })
 
 #: Geometry and velocities of the present step, world axes. A link's velocity is the base's rigid
@@ -77,6 +78,8 @@ def rest(layout, tables, state, frame, start):
     for row in range(layout.rows):
         state.press[row] = zero
         state.press_first[row] = zero
+    for d in range(layout.dynamic):
+        state.stop[d] = zero
     for contact in range(layout.contacts):
         state.slide_x[contact] = zero
         state.slide_y[contact] = zero

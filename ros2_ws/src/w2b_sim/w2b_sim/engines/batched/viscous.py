@@ -15,8 +15,8 @@ from __future__ import annotations
 from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.contacts import CONTACT_GAP_M, contact_rows
 from w2b_sim.engines.batched.memory import row
-from w2b_sim.engines.batched.rows import contact_targets, keep_impulses, motor_targets, prepare, \
-    sweep
+from w2b_sim.engines.batched.motors import soft_stop_targets, sweep
+from w2b_sim.engines.batched.rows import contact_targets, keep_impulses, prepare
 from w2b_sim.engines.batched.simd import where
 from w2b_sim.engines.batched.tree import backward_all, rank_one, row_add
 
@@ -25,7 +25,7 @@ from w2b_sim.engines.batched.tree import backward_all, rank_one, row_add
 def solve_viscous(layout, tables, state, frame, solve, near, count, erp_per_h, h_per_slip, h,
                   first_sweeps, second_sweeps):
     """Solve for the velocities of one step; they end in solve.y."""
-    motor_targets(layout, tables, state, frame, solve, count, erp_per_h, h)
+    soft_stop_targets(layout, tables, state, frame, solve, count, erp_per_h, h)
     contact_targets(layout, frame, solve, near, count, erp_per_h, CONTACT_GAP_M, 0.0)
     if count > 0:
         prepare(layout, tables, frame, solve, near, count, state.press_first)

@@ -1,0 +1,37 @@
+"""Which contact solve a layout has: chosen while compiling, so that only that one is compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.extending import overload
+
+from w2b_sim.engines.batched.algebra import INLINED
+from w2b_sim.engines.batched.coulomb import solve_coulomb
+from w2b_sim.engines.batched.simd import LayoutType
+from w2b_sim.engines.batched.viscous import solve_viscous
+
+
+def solve_contacts(layout, tables, state, frame, solve, near, count, clock, erp_per_h, slip,
+                   friction):
+    """
+    Solve for the velocities of one step by the layout's friction law; they end in solve.y.
+
+    `slip` is h / slip for the viscous law and slip / h for Coulomb's.
+    """
+    raise NotImplementedError('compiled code only')
+
+
+@overload(solve_contacts, jit_options=INLINED, strict=False)
+def _choose(layout: LayoutType, *_types: Any) -> Callable[..., None]:
+    def coulomb(layout, tables, state, frame, solve, near, count, clock, erp_per_h, slip,
+                friction):
+        solve_coulomb(layout, tables, state, frame, solve, near, count, erp_per_h, slip, friction,
+                      clock.h, clock.second_sweeps, clock.reach, clock.per_gap)
+
+    def viscous(layout, tables, state, frame, solve, near, count, clock, erp_per_h, slip,
+                friction):
+        solve_viscous(layout, tables, state, frame, solve, near, count, erp_per_h, slip, clock.h,
+                      clock.first_sweeps, clock.second_sweeps)
+    return coulomb if layout.layout.coulomb else viscous
