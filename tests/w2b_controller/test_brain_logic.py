@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from w2b_controller import controller_file, network
 from w2b_controller.brain_logic import WARNING_S, Brain
@@ -244,3 +246,45 @@ def test_a_stream_that_starts_over_makes_it_stand_until_the_next_command(brain, 
     ('forward', 'forward'), ('a\nb\x1b[2J', 'a b [2J'), ('x' * 400, 'x' * 299 + '…')])
 def test_text_is_shown_on_one_line_and_cut(text, shown):
     assert quoted(text) == shown
+
+
+JOINTS = [motor.joint for motor in
+          controller_file.load(controller_file.shipped('quadruped')).motors]
+FEET = [sensor.removeprefix('touch:') for sensor in
+        controller_file.load(controller_file.shipped('quadruped')).sensors]
+STAMPS = st.one_of(st.integers(-2**33, 2**63 - 1), st.integers(1, 40).map(PERIOD_NS.__mul__))
+NUMBERS = st.one_of(st.floats(), st.sampled_from([0.0, 1.0]))
+EVENTS = st.one_of(
+    st.tuples(st.just('hear'), st.one_of(st.text(max_size=20), st.sampled_from(
+        ['forward', 'stop', 'halt', 'backward forward']))),
+    st.tuples(st.just('wait'), st.floats(0.0, 1.0)),
+    st.tuples(st.just('joint_states'), STAMPS, st.permutations(JOINTS),
+              st.lists(NUMBERS, min_size=8, max_size=8)),
+    st.tuples(st.just('contacts'), STAMPS, st.permutations(FEET),
+              st.lists(st.sampled_from([0.0, 1.0]), min_size=4, max_size=4)),
+    st.tuples(st.sampled_from(['joint_states', 'contacts']), STAMPS,
+              st.lists(st.sampled_from([*JOINTS, *FEET, '', 'tail']), max_size=9),
+              st.lists(NUMBERS, max_size=9)))
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.lists(EVENTS, max_size=40))
+def test_no_sequence_of_inputs_raises_or_gives_targets_outside_the_limits(events):
+    clock = HandClock()
+    controller = controller_file.load(controller_file.shipped('quadruped'))
+    brain = Brain(controller, Vocabulary.load(), frame_timeout_s=TIMEOUT_S, clock=clock)
+    lower = [motor.lower_rad for motor in controller.motors]
+    upper = [motor.upper_rad for motor in controller.motors]
+    for kind, *values in events:
+        targets = None
+        if kind == 'hear':
+            brain.hear(values[0])
+        elif kind == 'wait':
+            clock.now_s += values[0]
+        else:
+            targets = getattr(brain, kind)(*values)
+        if targets is not None:
+            assert targets.stamp_ns == values[0]
+            assert np.all((targets.position_rad >= lower) & (targets.position_rad <= upper))
+        for status in (brain.frames_status(), brain.command_status()):
+            assert '\n' not in status.message
