@@ -27,8 +27,8 @@ KINDS = (
     ('control', 'control: right under every trained word, wrong under the unheard one'),
 )
 RULE = ('Of the champions of a kind (right and wrong as in the robustness tables), the one with '
-        'the median fitness; of two, the fitter. A kind without any champion shows the fittest of '
-        'its treatment instead, and says so.')
+        'the median fitness; of two, the fitter. A kind without any champion shows the fittest '
+        'other one of its treatment instead, and says so.')
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,9 @@ def choose(table: pd.DataFrame, outcomes: pd.DataFrame, thresholds: Mapping[str,
         if len(fitting):
             chosen.append(Exemplar(str(fitting.index[len(fitting) // 2]), kind, True))
         elif len(arm):
-            chosen.append(Exemplar(str(arm.index[-1]), kind, False))
+            # Not one that is shown already, where there is another.
+            others = [run for run in arm.index if run not in {one.run for one in chosen}]
+            chosen.append(Exemplar(str((others or list(arm.index))[-1]), kind, False))
     return chosen
 
 

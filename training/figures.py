@@ -56,7 +56,7 @@ def bars(table: pd.DataFrame, tested: Sequence[Tested], shown: Sequence[Panel]) 
                                      ('test', 'the unheard stop word'))]
     legend += [Patch(facecolor='white', edgecolor=GREY, hatch='////', label='C: permuted vectors'),
                Patch(facecolor='white', edgecolor=GREY, label='E: word2vec vectors')]
-    figure.legend(handles=legend, loc='outside lower center', ncols=min(5, 2 * columns + 1),
+    figure.legend(handles=legend, loc='outside lower center', ncols=(2, 3, 5)[columns - 1],
                   frameon=False, fontsize=8)
     return figure
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from training.exemplars import Exemplar, Shown
@@ -50,23 +52,23 @@ def priming(exemplars: Sequence[Exemplar], shown: Sequence[Shown], *, length_m: 
     return figure
 
 
-def _trajectories(axes: object, one: Shown, length_m: float) -> None:
+def _trajectories(axes: Axes, one: Shown, length_m: float) -> None:
     colours = _colours(one.words)
     for index, word in enumerate(one.words):
         way = one.trajectories[index] / length_m
         unheard = index == len(one.words) - 1
-        axes.plot(way[:, 0], way[:, 1], color=colours[word],  # type: ignore[attr-defined]
+        axes.plot(way[:, 0], way[:, 1], color=colours[word],
                   linewidth=2.0 if unheard else 1.3, linestyle='--' if unheard else '-',
                   label=f'{word} (unheard)' if unheard else word, zorder=3 if unheard else 2)
-        axes.plot(*way[-1], 's', color=colours[word], markersize=5,  # type: ignore[attr-defined]
+        axes.plot(*way[-1], 's', color=colours[word], markersize=5,
                   zorder=4)
     reach = max(1.0, 1.08 * float(np.abs(one.trajectories / length_m).max()))
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach),  # type: ignore[attr-defined]
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach),
              xlabel='x (body lengths), forward to the right', ylabel='y (body lengths)')
-    axes.set_aspect('equal')  # type: ignore[attr-defined]
-    axes.axhline(0, color='#cccccc', linewidth=0.6, zorder=0)  # type: ignore[attr-defined]
-    axes.axvline(0, color='#cccccc', linewidth=0.6, zorder=0)  # type: ignore[attr-defined]
-    axes.legend(fontsize=7, frameon=False, loc='best')  # type: ignore[attr-defined]
+    axes.set_aspect('equal')
+    axes.axhline(0, color='#cccccc', linewidth=0.6, zorder=0)
+    axes.axvline(0, color='#cccccc', linewidth=0.6, zorder=0)
+    axes.legend(fontsize=7, frameon=False, loc='best')
 
 
 def _colours(words: Sequence[str]) -> dict[str, str]:
@@ -83,6 +85,5 @@ def _colours(words: Sequence[str]) -> dict[str, str]:
 
 
 def _wrapped(exemplar: Exemplar) -> str:
-    note = '' if exemplar.met else '\n(no such champion: the fittest is shown)'
-    head, _, tail = exemplar.kind.partition(', ')
-    return f'{head},\n{tail}{note}' if tail else f'{head}{note}'
+    note = '' if exemplar.met else ' (no such champion: the fittest other one is shown)'
+    return '\n'.join(wrap(exemplar.kind + note, 52))

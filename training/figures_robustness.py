@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 from scipy.stats import bootstrap
 
 from training.comparisons import LETTERS, TREATMENTS, Panel, select
@@ -123,7 +125,7 @@ def similarity(words: pd.DataFrame, cosines: dict[str, float], panel: Panel) -> 
     return figure
 
 
-def mean_interval(values: np.ndarray, seed: int = 0) -> tuple[float, float, float]:
+def mean_interval(values: NDArray[np.float64], seed: int = 0) -> tuple[float, float, float]:
     """Return the mean of `values` and its bootstrapped 95% confidence interval."""
     mean = float(np.mean(values))
     if np.ptp(values) == 0:
@@ -133,7 +135,7 @@ def mean_interval(values: np.ndarray, seed: int = 0) -> tuple[float, float, floa
     return mean, float(interval.low), float(interval.high)
 
 
-def _grid(shown: Sequence[Panel], width: float, height: float) -> tuple[Figure, list]:
+def _grid(shown: Sequence[Panel], width: float, height: float) -> tuple[Figure, list[Axes]]:
     columns = min(len(shown), 3)
     lines = -(-len(shown) // columns)
     figure = Figure(figsize=(width * columns, height * lines + 0.4), layout='constrained')
@@ -145,8 +147,8 @@ def _grid(shown: Sequence[Panel], width: float, height: float) -> tuple[Figure, 
     return figure, grid
 
 
-def _rate_axes(axes: object, panel: Panel) -> None:
-    axes.set_ylim(0, 1.03)  # type: ignore[attr-defined]
-    axes.set_title(title(*panel), loc='left', fontsize=9)  # type: ignore[attr-defined]
-    axes.tick_params(axis='y', labelsize=8)  # type: ignore[attr-defined]
-    axes.spines[['top', 'right']].set_visible(False)  # type: ignore[attr-defined]
+def _rate_axes(axes: Axes, panel: Panel) -> None:
+    axes.set_ylim(0, 1.03)
+    axes.set_title(title(*panel), loc='left', fontsize=9)
+    axes.tick_params(axis='y', labelsize=8)
+    axes.spines[['top', 'right']].set_visible(False)

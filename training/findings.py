@@ -97,25 +97,31 @@ def _equality(claim: str, tested: list[Tested], alpha: float) -> Finding:
     return Finding(claim, here, NOT if differing else CONSISTENT)
 
 
+def _incomplete(tested: list[Tested]) -> str:
+    """Return what is missing for a claim about all six bodies, '' if nothing is."""
+    there = {one.comparison.panel for one in tested}
+    missing = [name for name in TITLES.values() if name not in there]
+    return f'no runs of: {", ".join(missing)}' if missing else ''
+
+
 def _four_of_six(tested: list[Tested]) -> Finding:
     claim = ('Under the unheard stop word, word2vec robots move less than control robots in four '
              'of the six bodies: morphology affects the grounding (figure 5, red brackets).')
-    if not tested:
-        return Finding(claim, 'no runs', UNTESTED)
+    if _incomplete(tested):
+        return Finding(claim, _incomplete(tested), UNTESTED)
     less = [one for one in tested if one.p_holm < ALPHA and one.rank_biserial < 0]
     leaning = [one for one in tested if one.rank_biserial < 0]
     named = ', '.join(one.comparison.panel for one in less) or 'none'
     here = (f'significant (corrected p < {ALPHA}) in {len(less)} of {len(tested)} bodies: {named}; '
             f'the effect has that direction in {len(leaning)} of {len(tested)}')
-    enough = len(less) >= min(4, len(tested))
-    return Finding(claim, here, REPLICATES if enough else IN_PART if less else NOT)
+    return Finding(claim, here, REPLICATES if len(less) >= 4 else IN_PART if less else NOT)
 
 
 def _stop_against_test(tested: list[Tested]) -> Finding:
     claim = ('Robots move more under the unheard than under the trained stop words, in both '
              'treatments, in five of the six bodies but not the quadruped (figure 5).')
-    if not tested:
-        return Finding(claim, 'no runs', UNTESTED)
+    if _incomplete(tested):
+        return Finding(claim, _incomplete(tested), UNTESTED)
     by_body: dict[str, list[bool]] = {}
     for one in tested:
         by_body.setdefault(one.comparison.panel, []).append(
@@ -123,11 +129,10 @@ def _stop_against_test(tested: list[Tested]) -> Finding:
     quadruped = TITLES['quadruped']
     both = [body for body, shown in by_body.items() if all(shown) and body != quadruped]
     others = [body for body in by_body if body != quadruped]
-    exception = any(by_body.get(quadruped, []))
+    exception = any(by_body[quadruped])
     here = (f'in both treatments in {len(both)} of the {len(others)} other bodies'
             + (f' ({", ".join(both)})' if both else '')
-            + (f'; in the quadruped {"also" if exception else "not"}'
-               if quadruped in by_body else ''))
+            + f'; in the quadruped {"also" if exception else "not"}')
     if len(both) == len(others) and not exception:
         return Finding(claim, here, REPLICATES)
     return Finding(claim, here, IN_PART if both or not exception else NOT)
@@ -136,20 +141,19 @@ def _stop_against_test(tested: list[Tested]) -> Finding:
 def _fitness(tested: list[Tested]) -> Finding:
     claim = ('Training performance differs between the treatments in one body only, the 1DOF '
              'sphere with sensors, where word2vec is better (Table III).')
-    if not tested:
-        return Finding(claim, 'no runs', UNTESTED)
+    if _incomplete(tested):
+        return Finding(claim, _incomplete(tested), UNTESTED)
     differing = {one.comparison.panel: one for one in tested if one.p_holm < ALPHA_FITNESS}
     published = {TITLES[body] for body, row in FITNESS.items() if row.significant}
-    present = {one.comparison.panel for one in tested}
     here = ('differs at corrected p < 0.05 in ' + ', '.join(
         f'{body} (E {"above" if one.rank_biserial > 0 else "below"} C, {_p(one.p_holm)})'
         for body, one in differing.items())) if differing else (
             'no body differs at corrected p < 0.05')
-    if set(differing) == published & present and all(
+    if set(differing) == published and all(
             one.rank_biserial > 0 for one in differing.values()):
         return Finding(claim, here, REPLICATES)
-    agreeing = sum((body in differing) == (body in published) for body in present)
-    return Finding(claim, f'{here}; agrees with the paper in {agreeing} of {len(present)} bodies',
+    agreeing = sum((body in differing) == (body in published) for body in TITLES.values())
+    return Finding(claim, f'{here}; agrees with the paper in {agreeing} of {len(TITLES)} bodies',
                    IN_PART if agreeing else NOT)
 
 

@@ -11,7 +11,7 @@ from training import behaviour, comparisons, exemplars, figures, figures_priming
 from training import report_tables as tables
 from training.comparisons import Panel
 from training.findings import findings
-from training.published import ALPHA, COMPARISONS, GENERATIONS, RUNS_AN_ARM, TITLES
+from training.published import ALPHA, COMMANDS, COMPARISONS, GENERATIONS, RUNS_AN_ARM, TITLES
 from training.report_parts import Content, Section
 from training.report_robustness import robustness_section
 from training.statistics import Tested, compare_all
@@ -102,7 +102,7 @@ def differences(runs: pd.DataFrame, about: dict[str, Any]) -> list[str]:
 def _vectors_section(runs: pd.DataFrame, about: dict[str, Any]) -> Section:
     vocabulary = about['identity']['vocabulary']
     section = Section('Tables I and II: the commands’ vectors')
-    heard = vectors(vocabulary, tables.COMMANDS)
+    heard = vectors(vocabulary, COMMANDS)
     first, largest = tables.table_1(heard)
     section.tables['Table I. Cosines of the commands’ vectors: here (paper).'] = first
     section.paragraphs.append('Table I: largest difference to the paper after rounding: '

@@ -19,8 +19,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from training.executor import DaskExecutor, Executor, ExecutorError, LocalExecutor
-from training.study_config import ConfigError, StudyConfig, load_config
+from training.study_config import StudyConfig, load_config
 from training.study_directory import StudyDirectory, StudyError, locked
+from training.study_fields import ConfigError
 from training.study_progress import Display
 from training.study_runner import Report, default_directory, run_study
 from training.study_tasks import perform
@@ -62,8 +63,10 @@ def run_command(args: argparse.Namespace, kinds: Sequence[str]) -> int:
     except KeyboardInterrupt:
         print('study: interrupted; the same command goes on from here', file=sys.stderr)
         return 130
+    stored = ('the store was not made' if report.in_store is None else
+              f'{report.in_store} of {len(config.runs())} runs in {study.store}')
     print(f'{len(report.evolved)} runs evolved and {len(report.rescored)} champions scored now; '
-          f'{report.in_store} of {len(config.runs())} runs in {study.store}')
+          f'{stored}')
     if report.errors:
         print(f'study: {len(report.errors)} tasks failed, the first: {report.errors[0]}',
               file=sys.stderr)

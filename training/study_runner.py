@@ -19,8 +19,9 @@ from training.executor import Executor
 from training.lexicon import load_lexicon
 from training.provenance import identity
 from training.store import build_store
-from training.study_config import ConfigError, RunSpec, StudyConfig
+from training.study_config import RunSpec, StudyConfig
 from training.study_directory import StudyDirectory, StudyError
+from training.study_fields import ConfigError
 from training.study_progress import Display, Running
 from training.study_tasks import Task, TaskResult, rescored, run_config
 from training.vectors import vectors
@@ -28,12 +29,16 @@ from training.vectors import vectors
 
 @dataclass
 class Report:
-    """What a call of `run_study` did: run names, and errors in one line each."""
+    """
+    What a call of `run_study` did: run names, and errors in one line each.
+
+    `in_store` counts the finished runs in the store; None if it was not made, for want of space.
+    """
 
     evolved: list[str] = field(default_factory=list)
     rescored: list[str] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
-    in_store: int = 0
+    in_store: int | None = None
 
 
 def prepare(config: StudyConfig, study: StudyDirectory) -> dict[str, Any]:
@@ -93,7 +98,7 @@ def run_study(config: StudyConfig, study: StudyDirectory, executor: Executor, di
         tasks = tasks_of(config, study, made, kind)
         display.begin(kind, config, tasks, finished_seconds(study, config.runs()))
         if not _work(tasks, study, executor, display, report):
-            break
+            return report
     report.in_store = build_store(study, history_points=config.history_points)
     return report
 
