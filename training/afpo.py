@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from training.operators import Array, Layout, mutate, random_genomes
 
 Mutation = Callable[[np.random.Generator, Array, Layout], Array]
+Newcomers = Callable[[np.random.Generator, int, Layout], Array]
 
 
 @dataclass(frozen=True)
@@ -125,17 +126,20 @@ class Afpo:
         Population size (paper: 50).
     mutation
         Makes children of parents' genomes.
+    newcomers
+        Makes genomes of no parents.
 
     """
 
     def __init__(self, layout: Layout, rng: np.random.Generator, *, capacity: int = 50,
-                 mutation: Mutation = mutate) -> None:
+                 mutation: Mutation = mutate, newcomers: Newcomers = random_genomes) -> None:
         if capacity < 2:
             raise ValueError(f'capacity: expected at least 2, got {capacity}')
-        self.layout, self.rng, self.capacity, self.mutation = layout, rng, capacity, mutation
+        self.layout, self.rng, self.capacity = layout, rng, capacity
+        self.mutation, self.newcomers = mutation, newcomers
         self.generation = 0
         self.next_number = 0
-        self.population = self._born(random_genomes(rng, capacity, layout),
+        self.population = self._born(newcomers(rng, capacity, layout),
                                      np.zeros(capacity, dtype=np.int64))
 
     def ask(self) -> Array:
@@ -146,7 +150,7 @@ class Afpo:
         """
         old = self.population
         rng, capacity = self.rng, self.capacity
-        newcomer = self._born(random_genomes(rng, 1, self.layout), np.zeros(1, dtype=np.int64))
+        newcomer = self._born(self.newcomers(rng, 1, self.layout), np.zeros(1, dtype=np.int64))
         parents = rng.integers(0, len(old), max(0, 2 * capacity - len(old) - 1))
         children = self._born(self.mutation(rng, old.genomes[parents], self.layout),
                               old.ages[parents] + 1, old.numbers[parents])

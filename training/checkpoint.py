@@ -53,6 +53,13 @@ def save(path: Path, arrays: Mapping[str, NDArray[np.generic]],
     write_atomically(path, buffer.getvalue())
 
 
+def save_array(path: Path, array: NDArray[np.generic]) -> None:
+    """Write one array as a .npy file."""
+    buffer = BytesIO()
+    np.save(buffer, array, allow_pickle=False)
+    write_atomically(path, buffer.getvalue())
+
+
 def load(path: Path, generator: np.random.Generator) -> dict[str, NDArray[np.generic]]:
     """
     Return the arrays of the checkpoint at `path`, and set the generator's state.

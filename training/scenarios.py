@@ -1,0 +1,190 @@
+"""
+Scenarios: what a controller may meet, drawn at random, for the robust training mode.
+
+A controller that lives off one exact friction law, floor or start dies in the next simulator and on
+the next table. Each named means of `Randomisation` widens one of those; the ranges were chosen so
+that what survives them survives PyBullet, whose friction (dry, bounded) and touch (read within
+2 mm) differ from the original's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import log, radians
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from w2b_sim.worlds import World
+
+if TYPE_CHECKING:
+    from w2b_sim.engines.batched import Variations
+
+Array = NDArray[np.float64]
+
+FORWARD, STOP, BACKWARD = 1, 0, -1
+DIRECTION = {'forward': FORWARD, 'backward': BACKWARD, 'stop': STOP}
+
+
+@dataclass(frozen=True)
+class Randomisation:
+    """
+    Which means of robust training are in use; the others' parts stay as the world has them.
+
+    Attributes
+    ----------
+    friction
+        Dry friction of coefficient 0.7 to 4 (earth: 0.5 to 1.2), in one of eight unbounded, with
+        viscous slip of 0.5 to 10 mm/s per newton (earth: up to 1).
+    contact
+        Error reduction of contacts from 0.1 to 0.4.
+    bodies
+        Base mass and gravity 10 to 20 % lighter or heavier.
+    servos
+        Gain 10 % lower or higher, and noise of up to 0.1 rad/s.
+    pushes
+        In half of the scenarios, random pushes of up to 1 cm/s every step.
+    sensors
+        Touch from 0 to 3 mm above the floor, in a third delayed, in half with up to 2 % flipped.
+    starts
+        Up to 3 mm above the floor, tilted up to 0.6 degrees, turned up to 1.2 degrees.
+    vectors
+        Half of the stop scenarios hear a mixture of two stop words; half of all hear noise on top.
+
+    """
+
+    friction: bool = True
+    contact: bool = True
+    bodies: bool = True
+    servos: bool = True
+    pushes: bool = True
+    sensors: bool = True
+    starts: bool = True
+    vectors: bool = True
+
+    @classmethod
+    def only(cls, *names: str) -> Randomisation:
+        """Return the randomisation that uses the named means alone (ValueError if unknown)."""
+        known = [field.name for field in fields(cls)]
+        for name in names:
+            if name not in known:
+                raise ValueError(f'means: expected some of {", ".join(known)}, got {name!r}')
+        return cls(**{name: name in names for name in known})
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """
+    R situations that every controller of a generation meets.
+
+    Attributes
+    ----------
+    signals: shape (R, T)
+        The word heard.
+    directions: shape (R,)
+        `FORWARD`, `STOP` or `BACKWARD`: what it asks for.
+    variations
+        Name of a field of `Variations` -> values (R,).
+
+    """
+
+    signals: Array
+    directions: NDArray[np.int64]
+    variations: dict[str, Array]
+
+    def __len__(self) -> int:
+        return len(self.directions)
+
+    def take(self, indices: NDArray[np.int64]) -> Scenario:
+        """Return the situations at `indices`."""
+        return Scenario(self.signals[indices], self.directions[indices],
+                        {name: values[indices] for name, values in self.variations.items()})
+
+    def engine_variations(self) -> Variations:
+        """Return the variations as the batched engine takes them, for one start a situation."""
+        from w2b_sim.engines.batched import Variations
+
+        columns: dict[str, Any] = {name: values[:, None]
+                                   for name, values in self.variations.items()}
+        return Variations(**columns)
+
+
+def draw(rng: np.random.Generator, words: dict[str, Array], world: World,
+         randomisation: Randomisation, *, moves: int, stops: int) -> Scenario:
+    """
+    Draw `moves` situations for each direction and `stops` for standing still.
+
+    Parameters
+    ----------
+    rng
+        Everything is drawn from it.
+    words
+        Behaviour -> vectors (W, T) of the words that ask for it.
+    world
+        Nominal; the friction's ranges depend on it.
+    randomisation
+        The means in use.
+    moves, stops
+        Counts of situations; every word of a behaviour takes its turn.
+
+    """
+    signals, directions = [], []
+    for behaviour, count in (('forward', moves), ('backward', moves), ('stop', stops)):
+        vectors = words[behaviour]
+        order = rng.permutation(len(vectors))
+        for turn in range(count):
+            vector = vectors[order[turn % len(vectors)]]
+            if behaviour == 'stop' and randomisation.vectors and turn % 2 and len(vectors) > 1:
+                vector = _mixture(rng, vectors)
+            signals.append(vector)
+            directions.append(DIRECTION[behaviour])
+    heard = np.array(signals)
+    if randomisation.vectors:
+        # A typical element of a vector of norm 2.9 in 300 dimensions is 0.17.
+        noise = rng.choice([0.0, 0.02, 0.05], len(heard), p=[0.5, 0.25, 0.25])
+        heard = heard + noise[:, None] * rng.standard_normal(heard.shape)
+    return Scenario(heard, np.array(directions), _variations(rng, len(heard), world, randomisation))
+
+
+def _mixture(rng: np.random.Generator, vectors: Array) -> Array:
+    """A point between two vectors, drawn out to their mean norm: a synonym nobody has listed."""
+    first, second = rng.choice(len(vectors), 2, replace=False)
+    share = rng.random()
+    mixed: Array = share * vectors[first] + (1 - share) * vectors[second]
+    norm = np.linalg.norm(vectors[[first, second]], axis=1).mean()
+    return mixed * (norm / np.linalg.norm(mixed))
+
+
+def _variations(rng: np.random.Generator, count: int, world: World,
+                randomisation: Randomisation) -> dict[str, Array]:
+    """Draw every means, used or not, so that leaving one out changes no other."""
+    def uniform(low: float, high: float) -> Array:
+        return rng.uniform(low, high, count)
+
+    def sometimes(share: float) -> Array:
+        return (rng.random(count) < share).astype(np.float64)
+
+    dry = world.friction is not None
+    friction = uniform(0.5, 1.2) if dry else np.where(
+        sometimes(0.12) > 0, np.inf, uniform(0.7, 4.0))
+    slip = uniform(0.0, 1e-3) if dry else np.exp(uniform(log(5e-4), log(1e-2)))
+    drawn = {
+        'friction': {'friction': friction, 'slip_m_per_n_s': slip},
+        'contact': {'erp': uniform(0.1, 0.4)},
+        'bodies': {'gravity_m_s2': world.gravity_m_s2 * uniform(0.9, 1.1),
+                   'base_mass_scale': uniform(0.8, 1.2)},
+        'servos': {'servo_gain_scale': uniform(0.9, 1.1), 'motor_noise_rad_s': uniform(0.0, 0.1)},
+        'pushes': {'push_m_s': uniform(0.0, 0.01) * sometimes(0.5)},
+        'sensors': {'touch_gap_m': uniform(1e-6, 0.003), 'touch_delay': sometimes(0.3),
+                    'touch_flip_probability': uniform(0.0, 0.02) * sometimes(0.5)},
+        'starts': {'height_m': uniform(0.0, 0.003),
+                   'roll_rad': uniform(-radians(0.6), radians(0.6)),
+                   'pitch_rad': uniform(-radians(0.6), radians(0.6)),
+                   'yaw_rad': uniform(-radians(1.2), radians(1.2))},
+    }
+    used = {'seed': rng.integers(0, 2**31, count).astype(np.float64)}
+    for means, values in drawn.items():
+        if getattr(randomisation, means):
+            used.update(values)
+    return used
