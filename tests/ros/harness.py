@@ -44,8 +44,9 @@ class Process:
         self.name = path.name
         self._log = log
         with log.open('wb') as output:
-            self._popen = subprocess.Popen([str(path), *arguments], env=environment,
-                                           stdout=output, stderr=subprocess.STDOUT)
+            self._popen = subprocess.Popen(
+                [str(path), *arguments], env=environment, stdin=subprocess.PIPE,
+                stdout=output, stderr=subprocess.STDOUT)
         self.killed = False
 
     @property
@@ -58,6 +59,12 @@ class Process:
 
     def send(self, number: signal.Signals) -> None:
         self._popen.send_signal(number)
+
+    def type(self, text: str) -> None:
+        """Type into its standard input, all there will be."""
+        assert self._popen.stdin is not None
+        self._popen.stdin.write(text.encode())
+        self._popen.stdin.close()
 
     def kill(self) -> None:
         """End it as the kernel does when memory runs out: nothing is said to anybody."""
@@ -231,6 +238,9 @@ class System:
     def close(self) -> None:
         """End everything; fail if something did not end in order."""
         codes = []
+        for process in self.processes:
+            if process.exit_code is None:
+                process.send(signal.SIGINT)
         for process in self.processes:
             try:
                 codes.append(process.stop())

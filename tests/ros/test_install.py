@@ -8,7 +8,7 @@ import yaml
 
 from tests.ros.conftest import SOURCES
 
-PACKAGES = {'w2b_controller': {'brain', 'say', 'vocabulary'}, 'w2b_sim': {'sim'}}
+PACKAGES = {'w2b_controller': {'brain', 'console', 'say', 'vocabulary'}, 'w2b_sim': {'sim'}}
 
 
 @pytest.mark.parametrize('package', PACKAGES)
@@ -55,8 +55,8 @@ def test_the_manifest_is_format_3_and_names_every_imported_ros_package(package):
             assert name in declared, name
 
 
-@pytest.mark.parametrize(('package', 'executable'), [('w2b_controller', 'say'),
-                                                     ('w2b_controller', 'vocabulary')])
+@pytest.mark.parametrize(('package', 'executable'), [
+    ('w2b_controller', 'console'), ('w2b_controller', 'say'), ('w2b_controller', 'vocabulary')])
 def test_the_commands_explain_themselves(installed, environment, package, executable):
     done = subprocess.run([installed / package / 'lib' / package / executable, '--help'],
                           env=environment, capture_output=True, text=True, timeout=60, check=True)

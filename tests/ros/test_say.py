@@ -62,3 +62,21 @@ def test_usage_error(system):
     said = system.say()
     assert said.exit_code == 2
     assert 'usage: say' in said.log
+
+
+def test_the_console_says_each_line_and_shows_the_answers(walking):
+    console = walking.start('console')
+    console.type('forward\nforwrad\nhalt\n')
+    walking.wait(lambda: console.exit_code is not None, 'the end of the console')
+    assert console.exit_code == 0
+    shown = [console.log.index(text)
+             for text in ("following 'forward'", "'forwrad'", "following 'halt'")]
+    assert shown == sorted(shown)
+    assert walking.last_answer()[2]['received'] == '3'
+
+
+def test_the_console_without_a_brain_says_what_to_start(system):
+    console = system.start('console', '--timeout', '0.5')
+    console.type('forward\n')
+    assert console.wait() == 2
+    assert 'ros2 run w2b_controller brain' in console.log

@@ -26,6 +26,7 @@ setup(
     entry_points={
         'console_scripts': [
             'brain = w2b_controller.brain:main',
+            'console = w2b_controller.console:main',
             'say = w2b_controller.say:main',
             'vocabulary = w2b_controller.vocabulary.command:main',
         ],

@@ -97,15 +97,14 @@ def as_json(answer: DiagnosticStatus) -> str:
                        'hardware_id': answer.hardware_id, **values_of(answer)})
 
 
-def _print(answer: DiagnosticStatus, json_wanted: bool) -> None:
-    refused = answer.level[0] >= 2
-    if json_wanted:
-        print(as_json(answer))
-        return
-    print(answer.message, file=sys.stderr if refused else sys.stdout)
+def show(answer: DiagnosticStatus) -> bool:
+    """Print an answer for a person; return whether the brain follows the command."""
+    followed = answer.level[0] < 2
+    print(answer.message, file=sys.stdout if followed else sys.stderr)
     nearest = values_of(answer).get('nearest')
     if nearest:
         print(f'nearest in meaning: {nearest}')
+    return followed
 
 
 def _arguments(arguments: list[str]) -> argparse.Namespace:
@@ -137,5 +136,7 @@ def main() -> int:
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    _print(answer, options.json)
-    return REFUSED if answer.level[0] >= 2 else FOLLOWED
+    if options.json:
+        print(as_json(answer))
+        return FOLLOWED if answer.level[0] < 2 else REFUSED
+    return FOLLOWED if show(answer) else REFUSED

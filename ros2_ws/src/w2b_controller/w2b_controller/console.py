@@ -1,0 +1,53 @@
+"""
+`ros2 run w2b_controller console`: type words, and read what the brain makes of each.
+
+One line is one command; an empty line, Ctrl-D or Ctrl-C leaves. Also reads a pipe.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from w2b_controller.say import UNANSWERED, Messenger, NoAnswerError, show
+
+PROMPT = 'say> '
+
+
+def main() -> int:
+    """Talk until the input ends; return 0, or 2 if the brain did not answer."""
+    try:
+        return _talk()
+    except KeyboardInterrupt:
+        return 0
+
+
+def _talk() -> int:
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+    from rclpy.utilities import remove_ros_args
+    parser = argparse.ArgumentParser(prog='console', description='Talk to the brain.')
+    parser.add_argument('--timeout', type=float, default=10.0, metavar='S',
+                        help='seconds to wait for an answer (default: %(default)s)')
+    options = parser.parse_args(remove_ros_args(sys.argv)[1:])
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = rclpy.create_node('console')
+    try:
+        messenger = Messenger(node)
+        while text := _line():
+            show(messenger.say(text, options.timeout))
+    except NoAnswerError as error:
+        print(f'error: {error}', file=sys.stderr)
+        return UNANSWERED
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _line() -> str:
+    """Return the next line, empty at the end."""
+    try:
+        return input(PROMPT if sys.stdin.isatty() else '').strip()
+    except EOFError:
+        return ''
