@@ -29,9 +29,10 @@ lint: setup      ## Style and types
 
 bench: build     ## Measure the engines' speed and the robot's timing (ARGS=--json)
 	@$(RUN) python -m training bench $(ARGS)
+	@$(RUN) python -m w2b_hw.bench $(ARGS)
 
 faults: build    ## Table of fault scenarios: time to the safe outcome (ARGS=--json)
-	@$(RUN) python -m w2b_hw.fault_report $(ARGS)
+	@$(RUN) python -m tests.faults.report $(ARGS)
 
 clean:           ## Remove what was built, not .venv
 	rm -rf ros2_ws/build ros2_ws/install ros2_ws/log out

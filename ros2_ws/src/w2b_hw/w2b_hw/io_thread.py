@@ -52,7 +52,7 @@ class IoThread:
         #: The exception that ended the thread, if one did.
         self.error: BaseException | None = None
         #: How late each of the last frames began.
-        self.lateness_s: deque[float] = deque(maxlen=2000)
+        self.lateness_s: deque[float] = deque(maxlen=200)
 
     def start(self) -> None:
         """Begin."""
