@@ -72,6 +72,11 @@ class FaultyTransport:
         """Spoil every transfer from now on; None ends that."""
         self._always = fault
 
+    @property
+    def planned(self) -> int:
+        """Number of planned faults that have not struck yet."""
+        return len(self._planned)
+
     def before_transfer(self, number: int, action: Callable[[], None]) -> None:
         """Do something before a transfer: `number` 0 is the next one, 1 the one after it."""
         self._before[self._count + number] = action
