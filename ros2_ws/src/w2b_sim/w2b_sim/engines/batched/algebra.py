@@ -73,6 +73,12 @@ def rotate(rotation, k, x):
 
 
 @inlined
+def row3(table, k):
+    """Return row k of an (N, 3) table as a tuple of numbers."""
+    return table[k, 0], table[k, 1], table[k, 2]
+
+
+@inlined
 def tri(i, j):
     """Return the place of element (i, j), i >= j, in a packed lower triangle."""
     return i * (i + 1) // 2 + j

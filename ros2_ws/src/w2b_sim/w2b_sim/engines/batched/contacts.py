@@ -8,7 +8,7 @@ joint couples them), and normals are solved in the three last unknowns alone.
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import add, cross, get3, inlined, rotate, set3, sub
+from w2b_sim.engines.batched.algebra import add, cross, get3, inlined, rotate, row3, set3, sub
 from w2b_sim.engines.batched.simd import any_lane, fma, splat, vmax
 from w2b_sim.engines.batched.tree import BASE
 
@@ -42,7 +42,7 @@ def find(layout, tables, state, frame, touch, near, reach):
     for c in range(layout.contacts):
         k = tables.contact_link[c]
         radius = tables.contact_radius[c]
-        offset = tables.contact_offset[c]
+        offset = row3(tables.contact_offset, c)
         height = fma(frame.rotation[k, 8], offset[2], fma(
             frame.rotation[k, 7], offset[1], frame.rotation[k, 6] * offset[0]))
         depth = radius - ((state.place[2] + state.offset[k, 2]) + height)

@@ -76,7 +76,9 @@ def _add_link(layout, tables, state, frame, composite, k, row, base_mass, impuls
     for i in range(2):
         if tables.inertia_along[k, i] != 0.0:
             along = factor * tables.inertia_along[k, i]
-            n = rotate(frame.rotation, k, tables.inertia_axes[k, i])
+            n = rotate(frame.rotation, k, (tables.inertia_axes[k, i, 0],
+                                           tables.inertia_axes[k, i, 1],
+                                           tables.inertia_axes[k, i, 2]))
             weighted = scale(n, along)
             ixx = fma(weighted[0], n[0], ixx)
             iyy = fma(weighted[1], n[1], iyy)

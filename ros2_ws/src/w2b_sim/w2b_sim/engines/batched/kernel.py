@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from w2b_sim.engines.batched.algebra import inlined
+from w2b_sim.engines.batched.borrowed import borrow, integers
 from w2b_sim.engines.batched.contacts import find
 from w2b_sim.engines.batched.friction import solve_contacts
 from w2b_sim.engines.batched.inertia import COMPOSITE, balance
@@ -87,13 +88,15 @@ class Log(NamedTuple):
     touch: NDArray[Any]
 
 
-def evaluate(layout, double_layout, tables, clock, batch, log, first_block, last_block):
+def evaluate(layout, double_layout, arrays, clock, inputs, outputs, first_block, last_block):
     """
     Run the evaluations of the blocks `first_block` to `last_block` - 1 of `layout.lanes` lanes.
 
-    Blocks are independent, so that threads can share a batch. `double_layout` is the layout's
+    `arrays` are a body's Tables, `inputs` a Batch, `outputs` a Log. Blocks are independent, so that
+    threads can share a batch. `double_layout` is the layout's
     like in double precision, in which words are always primed.
     """
+    tables, batch, log = borrow(arrays), borrow(inputs), borrow(outputs)
     count = batch.start.shape[0]
     starts = count // (batch.primed.shape[0] * batch.primed.shape[1])
     first = first_block * layout.lanes
@@ -155,8 +158,7 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
     senses, new = local1(layout, layout.sensors), local1(layout, layout.hidden)
     shove = local1(layout, 2)
     shake = local1(layout, layout.joints)
-    near = [0] * layout.contacts
-    seeds = batch.seeds[first:]
+    near = integers(layout, layout.contacts)
     for i in range(3, layout.outcomes):
         outcome[i] = splat(layout, 0.0)
     for sensor in range(layout.touches):
@@ -185,13 +187,13 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
                     half = 0.5 * (tables.upper[j] - tables.lower[j])
                     state.target[j] = middle + state.motors[j] * half
                 if batch.noisy:
-                    _shake(layout, seeds, t, parameters, shake, shove)
+                    _shake(layout, batch.seeds, first, t, parameters, shake, shove)
             for j in range(joints):
                 _servo(layout, tables, clock, state, frame, parameters, shake, j)
             drives(layout, tables, state, frame, parameters[ERP_PER_H])
             found = find(layout, tables, state, frame, touch, near, clock.reach)
             if substep == 0:
-                _sense(layout, tables, batch.noisy, seeds, t, parameters, state, touch, felt,
+                _sense(layout, tables, batch.noisy, batch.seeds, first, t, parameters, state, touch, felt,
                        senses, outcome)
                 if log.steps > 0:
                     _record(layout, log, first, count, t, state, touch)
@@ -229,16 +231,17 @@ def _servo(layout, tables, clock, state, frame, parameters, shake, j):
 
 
 @inlined
-def _shake(layout, seeds, t, parameters, shake, shove):
+def _shake(layout, seeds, first, t, parameters, shake, shove):
     """Draw this period's motor noise and push."""
     for j in range(layout.joints):
-        shake[j] = noise(layout, seeds, t * STREAMS + MOTOR_STREAM + j) * parameters[MOTOR_NOISE]
+        shake[j] = noise(layout, seeds, first, t * STREAMS + MOTOR_STREAM + j) * parameters[MOTOR_NOISE]
     for i in range(2):
-        shove[i] = noise(layout, seeds, t * STREAMS + PUSH_STREAM + i) * parameters[PUSH]
+        shove[i] = noise(layout, seeds, first, t * STREAMS + PUSH_STREAM + i) * parameters[PUSH]
 
 
 @inlined
-def _sense(layout, tables, noisy, seeds, t, parameters, state, touch, felt, senses, outcome):
+def _sense(layout, tables, noisy, seeds, first, t, parameters, state, touch, felt, senses,
+           outcome):
     """Turn depths into touch (1 or 0), with the sensors' faults, and gather the sensor neurons."""
     for i in range(layout.touches):
         touches = where(touch[i] >= -parameters[TOUCH_GAP], 1.0, touch[i] * 0.0)
@@ -246,7 +249,7 @@ def _sense(layout, tables, noisy, seeds, t, parameters, state, touch, felt, sens
         if noisy:
             late = where(parameters[DELAY] > 0.5, felt[i], touches)
             felt[i] = touches
-            draw = noise(layout, seeds, t * STREAMS + TOUCH_STREAM + i)
+            draw = noise(layout, seeds, first, t * STREAMS + TOUCH_STREAM + i)
             touches = where(draw * 0.5 + 0.5 < parameters[FLIP], 1.0 - late, late)
         touch[i] = touches
     for sensor in range(layout.sensors):

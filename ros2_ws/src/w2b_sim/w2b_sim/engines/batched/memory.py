@@ -159,27 +159,28 @@ def get_lane(_context: Any, array: Any, index: Any, lane: Any) -> Any:
 
 
 @intrinsic
-def noise(_context: Any, layout: Any, seeds: Any, counter: Any) -> Any:
+def noise(_context: Any, layout: Any, seeds: Any, first: Any, counter: Any) -> Any:
     """
     Return a number in -1..1, uniform and new for every counter, from each lane's own seed.
 
-    `seeds` is a one-dimensional uint32 array of at least `lanes` numbers. Counter-based: seed and
+    `seeds` is a view of uint32 numbers, the lanes' from `first` on. Counter-based: seed and
     counter go through a 32-bit integer mixer (xor-shift and multiply, twice), so a lane's noise
     does not depend on what the other lanes do, and is the same in both precisions (24 bits).
     """
     vec = Vec(layout.layout.bits, layout.layout.lanes)
-    integers = ir.VectorType(I32, vec.lanes)
+    lanes = ir.VectorType(I32, vec.lanes)
 
     def generate(context: Any, builder: Any, sig: Any, values: Any) -> Any:
         def constant(number: int) -> Any:
-            return ir.Constant(integers, [number] * vec.lanes)
+            return ir.Constant(lanes, [number] * vec.lanes)
 
-        array = context.make_array(sig.args[1])(context, builder, values[1])
-        x = builder.load(builder.bitcast(array.data, integers.as_pointer()), align=4)
-        count = builder.trunc(values[2], I32)
-        one = builder.insert_element(ir.Constant(integers, ir.Undefined), count,
+        data = cgutils.create_struct_proxy(sig.args[1])(context, builder, value=values[1]).data
+        place = builder.gep(data, [values[2]], inbounds=True)
+        x = builder.load(builder.bitcast(place, lanes.as_pointer()), align=4)
+        count = builder.trunc(values[3], I32)
+        one = builder.insert_element(ir.Constant(lanes, ir.Undefined), count,
                                      ir.Constant(I32, 0))
-        counts = builder.shuffle_vector(one, one, ir.Constant(integers, [0] * vec.lanes))
+        counts = builder.shuffle_vector(one, one, ir.Constant(lanes, [0] * vec.lanes))
         x = builder.add(x, builder.mul(counts, constant(GOLDEN_RATIO_32)))
         for shift, factor in ((16, 0x7FEB352D), (15, 0x846CA68B), (16, 0x7FEB352D), (15, 1)):
             x = builder.xor(x, builder.lshr(x, constant(shift)))
@@ -187,4 +188,4 @@ def noise(_context: Any, layout: Any, seeds: Any, counter: Any) -> Any:
         fraction = builder.uitofp(builder.lshr(x, constant(8)), vec.ir)
         scale = ir.Constant(vec.ir, [2.0**-23] * vec.lanes)
         return builder.fsub(builder.fmul(fraction, scale), ir.Constant(vec.ir, [1.0] * vec.lanes))
-    return vec(layout, seeds, types.int64), generate
+    return vec(layout, seeds, types.int64, types.int64), generate
