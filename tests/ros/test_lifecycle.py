@@ -1,6 +1,7 @@
 """The brain's lifecycle, its parameters, and how it ends."""
 
 import signal
+import time
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ import yaml
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from rclpy.parameter import parameter_value_to_python
 
+from tests.ros.harness import DEADLINE_S
 from w2b_controller import controller_file
 
 
@@ -66,6 +68,17 @@ def test_brain_and_sim_end_cleanly(system, signals):
     assert brain.wait() == 0
     assert sim.wait() == 0
     assert 'Traceback' not in system.logs()
+
+
+def test_signals_without_end_change_nothing(system):
+    """Ctrl-C in a launched system arrives twice, the second time perhaps when all is done."""
+    for name in ('sim', 'brain'):
+        process = system.start(name)
+        system.wait(lambda name=name: f'{name}: ' in ' '.join(system.statuses), 'the node')
+        end_s = time.monotonic() + DEADLINE_S
+        while process.exit_code is None and time.monotonic() < end_s:
+            process.send(signal.SIGINT)
+        assert process.exit_code == 0
 
 
 def test_a_brain_that_is_stopped_while_it_starts_ends_cleanly(system):

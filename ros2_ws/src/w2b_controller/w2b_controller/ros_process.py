@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from rclpy.node import Node
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 #: How often the flag is looked at: a signal does not wake the executor.
 POLL_S = 0.1
 
@@ -43,8 +44,14 @@ class StopFlag:
 
     def install(self) -> None:
         """Take over the signals, in the main thread."""
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in SIGNALS:
             signal.signal(number, self._on_signal)
+
+    @staticmethod
+    def retire() -> None:
+        """Ignore the signals from now on: at its end Python would give them their old meaning."""
+        for number in SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
 
     def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
         self.requested = True
@@ -86,6 +93,7 @@ def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int
             finally:
                 node.destroy_node()
         rclpy.try_shutdown()
+        stop.retire()
 
 
 def _one_line(error: Exception) -> str:
