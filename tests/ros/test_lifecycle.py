@@ -6,7 +6,13 @@ from pathlib import Path
 
 import pytest
 import yaml
-from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    ListParameters,
+    SetParameters,
+)
+from rclpy.parameter import Parameter as RosParameter
 from rclpy.parameter import parameter_value_to_python
 
 from tests.ros.harness import DEADLINE_S
@@ -139,6 +145,11 @@ def test_the_parameter_file_holds_every_parameter_with_its_default(system, insta
                          GetParameters.Request(names=names)).values
     assert {name: parameter_value_to_python(value)
             for name, value in zip(names, values, strict=True)} == written
+    request = SetParameters.Request(parameters=[
+        RosParameter('diagnostics_topic', value='elsewhere').to_parameter_msg()])
+    result = system.call(SetParameters, f'{node}/set_parameters', request).results[0]
+    assert not result.successful, 'fixed while the node runs'
+    assert 'read-only' in result.reason
 
 
 def test_topics_can_be_renamed_and_simulated_time_used(system):

@@ -1,4 +1,8 @@
-"""The node `brain`: a thin wrap of `brain_logic.Brain` in topics, parameters and a lifecycle."""
+"""
+The node `brain`: a thin wrap of `brain_logic.Brain` in topics, parameters and a lifecycle.
+
+Controller and vocabulary are loaded when it is configured, topics and times read when activated.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +40,7 @@ from w2b_controller.status import Level, Status
 from w2b_controller.vocabulary import Vocabulary
 
 PARAMETERS = (
-    Parameter('autostart', True, 'Configure and activate without being asked.'),
+    Parameter('autostart', True, 'Configure and activate without being asked.', fixed=True),
     Parameter('controller', 'quadruped',
               'Name of a controller that ships, or path of a controller file.'),
     Parameter('vocabulary', 'default',
@@ -53,7 +57,7 @@ PARAMETERS = (
               'Touch sensors, 1 while they touch (sensor_msgs/JointState).'),
     Parameter('joint_trajectory_topic', 'joint_trajectory',
               'Where the joints shall go (trajectory_msgs/JointTrajectory).'),
-    Parameter('diagnostics_topic', '/diagnostics', 'How the brain is.'),
+    Parameter('diagnostics_topic', '/diagnostics', 'How the brain is.', fixed=True),
 )
 TOPICS = tuple(parameter.name.removesuffix('_topic') for parameter in PARAMETERS
                if parameter.name.endswith('_topic'))

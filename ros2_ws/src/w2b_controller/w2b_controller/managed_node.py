@@ -20,18 +20,24 @@ FAREWELL_S = 0.5
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of a node: its default, what it means, and its range if it is a number."""
+    """
+    A parameter of a node: its default, what it means, and its range if it is a number.
+
+    A `fixed` one is given at the start and cannot be changed while the node runs.
+    """
 
     name: str
     default: str | float | int | bool
     description: str
     range: tuple[float, float] | None = None
+    fixed: bool = False
 
 
 def declare(node: Node, parameters: tuple[Parameter, ...]) -> None:
     """Declare parameters with descriptions and ranges."""
     for parameter in parameters:
-        descriptor = ParameterDescriptor(description=parameter.description)
+        descriptor = ParameterDescriptor(description=parameter.description,
+                                         read_only=parameter.fixed)
         if parameter.range is not None:
             low, high = parameter.range
             descriptor.floating_point_range = [

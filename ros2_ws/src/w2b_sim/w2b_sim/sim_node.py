@@ -42,22 +42,25 @@ SPREAD_HEIGHT_M = 0.002
 SPREAD_TILT_RAD = math.radians(0.5)
 
 PARAMETERS = (
-    Parameter('body', 'quadruped', 'Body to simulate.'),
-    Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.'),
+    Parameter('body', 'quadruped', 'Body to simulate.', fixed=True),
+    Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.',
+              fixed=True),
     Parameter('real_time_factor', 0.0, '0: lockstep, the body waits for the targets that answer '
-              'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0)),
+              'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0), fixed=True),
     Parameter('republish_timeout', 0.5,
-              'Seconds until a frame without an answer is sent again.', (0.05, 60.0)),
-    Parameter('paused', False, 'Start paused.'),
-    Parameter('pause_after', 0, 'Frames after a reset until the clock stops; 0: never.'),
+              'Seconds until a frame without an answer is sent again.', (0.05, 60.0), fixed=True),
+    Parameter('paused', False, 'Start paused.', fixed=True),
+    Parameter('pause_after', 0, 'Frames after a reset until the clock stops; 0: never.',
+              fixed=True),
     Parameter('seed', -1, f'Of the starts: each is raised by up to {SPREAD_HEIGHT_M * 1e3:g} mm '
               f'and tilted by up to {math.degrees(SPREAD_TILT_RAD):g} degrees; '
-              '-1: all are exactly the nominal one.'),
-    Parameter('start_height', 0.0, 'Metres to raise the nominal start by.', (0.0, 1.0)),
+              '-1: all are exactly the nominal one.', fixed=True),
+    Parameter('start_height', 0.0, 'Metres to raise the start by, from the next reset on.',
+              (0.0, 1.0)),
     Parameter('start_roll', 0.0, 'Radians to tilt it about x.', (-math.pi, math.pi)),
     Parameter('start_pitch', 0.0, 'Radians to tilt it about y.', (-math.pi, math.pi)),
     Parameter('start_yaw', 0.0, 'Radians to turn it about z.', (-math.pi, math.pi)),
-    Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.'),
+    Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.', fixed=True),
 )
 
 
