@@ -50,6 +50,8 @@ class StopFlag:
     @staticmethod
     def retire() -> None:
         """Ignore the signals from now on: at its end Python would give them their old meaning."""
+        # One that came in the very moment of the change would make Python complain.
+        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
         for number in SIGNALS:
             signal.signal(number, signal.SIG_IGN)
 
