@@ -2,12 +2,12 @@
 
 import subprocess
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
 import yaml
 
-from tests.ros.conftest import SOURCES
-
+SOURCES = Path(__file__).resolve().parents[2] / 'ros2_ws' / 'src'
 PACKAGES = {'w2b_controller': {'brain', 'console', 'say', 'vocabulary'}, 'w2b_sim': {'sim'}}
 
 
