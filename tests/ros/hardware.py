@@ -86,11 +86,24 @@ class HardwareSystem:
         self.arm()
 
     def arm(self) -> None:
-        """Arm with whatever brain there is."""
+        """
+        Arm with whatever brain there is, and wait until all servos follow.
+
+        On a busy machine targets may come too late while the servos are energised; the robot then
+        rightly disarms, and is armed again.
+        """
         self.wait_for_frames()
-        # Right after a match targets may still be on their way.
-        self.system.wait(lambda: self.trigger('arm').success, 'arming')
-        self.wait_for_state('ACTIVE')
+
+        def following() -> bool:
+            if self.state() in ('', 'DISARMED', 'FAULT'):
+                self.trigger('arm')
+                self.spin(0.2)
+            return self.state() == 'ACTIVE' and self.all_driven()
+        self.system.wait(following, 'state ACTIVE', 60.0)
+
+    def all_driven(self) -> bool:
+        """Whether all twelve servos get pulses, asked of the chip."""
+        return all(self.chips.outputs()[-1].pulses_us[:12])
 
     def wait_for_state(self, state: str, deadline_s: float = 20.0) -> None:
         self.system.wait(lambda: self.state() == state, f'state {state}', deadline_s)

@@ -95,13 +95,14 @@ def test_the_brain_killed_holds_parks_and_relaxes_on_time(robot):
     times = np.array([since_s for since_s, _ in history]) - killed_s
     off_at_s = times[[not pins.any() for _, pins in history]][-1]
     moved = times[(times > 0.15) & (times < off_at_s)]
-    # The last target came at most one frame before the kill. Held: no pulse changes between the
-    # time that the last move may take and 450 ms; then it parks, and is off when parked.
-    late = moved[(moved > 0.25) & (moved < 0.44)]
-    assert late.size == 0, late
-    assert moved.size > 0
-    assert 0.44 <= moved[0] <= 0.6, moved
-    assert off_at_s <= 0.55 + 2.0 + 0.1
+    # A servo may still be on its way to the last target for 150 ms after it; then it is held, for
+    # no pulse changes, until 500 ms after that target, which came some frames before the kill.
+    held = moved[(moved > 0.2) & (moved < 0.35)]
+    assert held.size == 0, held
+    parking = moved[moved >= 0.35]
+    assert parking.size > 0
+    assert parking[0] <= 0.7, parking
+    assert off_at_s <= 0.7 + 2.0
     robot.wait_for_state('DISARMED')
-    print(f'brain killed: parking began after {1e3 * moved[0]:.0f} ms, '
+    print(f'brain killed: parking began after {1e3 * parking[0]:.0f} ms, '
           f'all channels off after {1e3 * off_at_s:.0f} ms')
