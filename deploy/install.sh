@@ -24,10 +24,10 @@ if [ ! -f /opt/ros/jazzy/setup.bash ]; then
     exit 1
 fi
 
-# numpy, scipy and YAML from apt: the wheels of ROS are built against that numpy.
+# numpy, scipy and YAML from apt: ROS is built against that numpy. The compiler is for Blinka's sysv_ipc.
 sudo apt-get update -q
 sudo apt-get install -y -q python3-venv python3-numpy python3-scipy python3-yaml python3-rich \
-    python3-colcon-common-extensions i2c-tools
+    python3-colcon-common-extensions python3-dev build-essential i2c-tools
 sudo usermod -aG i2c "$user"
 
 config=/boot/firmware/config.txt

@@ -2,6 +2,7 @@
 
 import signal
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -60,8 +61,7 @@ def test_nothing_moves_until_it_is_armed_with_fresh_targets(robot):
     energised = [int(np.count_nonzero(pins)) for _, pins in robot.pin_history(started_s)]
     # Servo by servo; the count falls only to 0, where a busy machine made it give up.
     assert max(np.diff(energised)) == 1
-    assert all(after == 0 for before, after in zip(energised, energised[1:], strict=False)
-               if after < before)
+    assert all(after == 0 for before, after in pairwise(energised) if after < before)
     assert energised[-1] == 12
 
 

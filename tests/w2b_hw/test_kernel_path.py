@@ -141,6 +141,23 @@ def test_relax_says_when_it_could_not(bus):
     assert 'CUT THE SERVO SUPPLY' in run.stderr
 
 
+def test_two_programs_cannot_drive_the_same_servos(bus):
+    assert 'another program drives' in bus.run("""
+import json
+from w2b_hw.transport import open_transport, read_register
+first = open_transport(exclusive=True)
+try:
+    open_transport(exclusive=True)
+except OSError as error:
+    told = str(error)
+# What only reads or turns off does not ask.
+assert read_register(open_transport(), 0x6A, 0x0F) == bytes([0x6C])
+first.close()
+open_transport(exclusive=True).close()
+print(json.dumps(told))
+""")
+
+
 @pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGKILL], ids=lambda n: n.name)
 def test_a_process_that_ends_leaves_no_channel_driven(bus, number):
     driver = subprocess.Popen([sys.executable, '-m', 'tests.faults.driver', '/dev/i2c-1'],

@@ -57,3 +57,11 @@ def test_a_refused_target_does_not_count_as_the_last(gate):
     with pytest.raises(TargetRefusedError):
         gate.check(JOINTS, [[math.nan] * 12], NOW_NS, NOW_NS)
     assert gate.check(JOINTS, [POSE], NOW_NS - 10 * MS, NOW_NS)
+
+
+def test_a_clock_that_was_set_back_does_not_end_the_walk_for_ever(gate):
+    gate.check(JOINTS, [POSE], NOW_NS, NOW_NS)
+    earlier_ns = NOW_NS - 500_000 * MS
+    assert gate.check(JOINTS, [POSE], earlier_ns - 5 * MS, earlier_ns)
+    with pytest.raises(TargetRefusedError, match='not later'):
+        gate.check(JOINTS, [POSE], earlier_ns - 5 * MS, earlier_ns)

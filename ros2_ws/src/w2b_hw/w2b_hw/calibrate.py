@@ -124,7 +124,7 @@ def _calibrate(path: Path, transport_name: str) -> None:
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _end)
     start, origin = start_from(path)
-    transport = open_transport(transport_name)
+    transport = open_transport(transport_name, exclusive=True)
     bank = ServoBank(transport, range(16), address=start.board.address,
                      oscillator_hz=start.board.oscillator_hz,
                      frequency_hz=start.board.frequency_hz)

@@ -108,7 +108,7 @@ class HardwareNode(ManagedNode):
 
     def _configure(self, name: str) -> None:
         found = self._calibration(name)
-        self._bus = FrameBudget(open_transport(name))
+        self._bus = FrameBudget(open_transport(name, exclusive=True))
         self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ,
                             use_magnetometer=bool(self.get_parameter('use_magnetometer').value))
         # Before all else: a chip that a crash left driven is off.

@@ -69,6 +69,9 @@ class TargetGate:
         if age_s > self._max_age_s:
             raise TargetRefusedError(f'joint_trajectory: {age_s:.3f} s old, '
                                      f'expected at most {self._max_age_s:.3f} s')
+        if self._last_stamp_ns > now_ns:
+            # The clock was set back, as a Pi's is when it finds the network: no last one to go by.
+            self._last_stamp_ns = 0
         if stamp_ns <= self._last_stamp_ns:
             raise TargetRefusedError('joint_trajectory: not later than the last one')
         return tuple(values[joint] for joint in JOINTS)

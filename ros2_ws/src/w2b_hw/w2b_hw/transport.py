@@ -70,17 +70,21 @@ class LinuxTransport:
     timeout_ms
         How long a held bus may block one transfer. The kernel's own default is a second, which
         is 20 frames. Rounded up to the kernel's unit of 10 ms.
+    exclusive
+        Claim the device: of the programs that drive servos only one may run. Those that only read
+        or turn off do without.
 
     Raises
     ------
     OSError
-        If the device cannot be opened.
+        If the device cannot be opened, or another program has claimed it.
 
     """
 
-    def __init__(self, device: str = DEFAULT_DEVICE, timeout_ms: int = 10) -> None:
+    def __init__(self, device: str = DEFAULT_DEVICE, timeout_ms: int = 10,
+                 exclusive: bool = False) -> None:
         # Imported here: code that talks to emulated chips needs no smbus2.
-        from fcntl import ioctl
+        from fcntl import LOCK_EX, LOCK_NB, flock, ioctl
 
         from smbus2 import SMBus, i2c_msg
 
@@ -88,6 +92,13 @@ class LinuxTransport:
         self._bus = SMBus(device)
         descriptor = self._bus.fd
         assert descriptor is not None
+        if exclusive:
+            try:
+                flock(descriptor, LOCK_EX | LOCK_NB)
+            except BlockingIOError:
+                self._bus.close()
+                raise OSError(errno.EBUSY, f'another program drives what is on {device}: '
+                                           'stop it first') from None
         ioctl(descriptor, _I2C_TIMEOUT, -(-timeout_ms // 10))
         # Retries are counted by the frame's budget, not hidden in the kernel.
         ioctl(descriptor, _I2C_RETRIES, 0)
@@ -147,9 +158,9 @@ class FrameBudget:
         self._transport.close()
 
 
-def open_transport(name: str = DEFAULT_DEVICE) -> Transport:
+def open_transport(name: str = DEFAULT_DEVICE, *, exclusive: bool = False) -> Transport:
     """
-    Return the bus of this name.
+    Return the bus of this name; `exclusive` claims a device, see `LinuxTransport`.
 
     `/dev/i2c-1`: the kernel's bus (the default). `emulated`: emulated chips in this process.
     `emulated:PATH`: emulated chips in the process that serves the Unix socket PATH.
@@ -172,6 +183,6 @@ def open_transport(name: str = DEFAULT_DEVICE) -> Transport:
 
         return EmulatedRobot().wire
     if name.startswith('/'):
-        return LinuxTransport(name)
+        return LinuxTransport(name, exclusive=exclusive)
     raise ValueError(f'transport: expected {DEFAULT_DEVICE}, {EMULATED} or {EMULATED}:SOCKET, '
                      f'got {name!r}')
