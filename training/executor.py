@@ -9,6 +9,7 @@ What a task did before its worker died is the task's own business: see `study_ta
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -168,6 +169,8 @@ class DaskExecutor:
     def __init__(self, perform: Perform, address: str, *, timeout_s: float = 20.0) -> None:
         from distributed import Client
 
+        # Its traces of a lost connection would bury the one line that says what to do.
+        logging.getLogger('distributed').setLevel(logging.CRITICAL)
         where = {'scheduler_file': address} if address.endswith('.json') else {'address': address}
         try:
             self._client = Client(**where, timeout=timeout_s)
@@ -197,6 +200,7 @@ class DaskExecutor:
     def finished(self, timeout_s: float) -> list[tuple[Any, Any]]:
         """Return (task, result or exception) of tasks that are over."""
         import distributed
+        from distributed.client import FuturesCancelledError
 
         if not self._tasks:
             return []
@@ -205,6 +209,9 @@ class DaskExecutor:
                                     return_when='FIRST_COMPLETED').done
         except TimeoutError:
             return []
+        except FuturesCancelledError:
+            raise ExecutorError('the Dask scheduler is gone; start one and give the same command '
+                                'again: what is done stays done') from None
         over = []
         for future in done:
             task = self._tasks.pop(future)

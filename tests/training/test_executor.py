@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.training.executor_tasks import attempts, perform, wait_for_attempt
+from tests.training.executor_tasks import attempts, perform, wait_for, wait_for_attempt
 from training.executor import DaskExecutor, Executor, ExecutorError, LocalExecutor, WorkerLostError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -114,3 +114,23 @@ def test_dask_finishes_every_task_though_a_worker_process_is_killed(tmp_path: Pa
         assert victim not in attempts(tmp_path, 'first')[1:]
         assert len(attempts(tmp_path, 'first')) >= 2
         executor.close()
+
+
+def test_a_scheduler_that_dies_is_a_clear_error(tmp_path: Path) -> None:
+    started = subprocess.Popen(
+        [sys.executable, '-m', 'distributed.cli.dask_scheduler', '--port', '0', '--no-dashboard',
+         '--host', '127.0.0.1', '--scheduler-file', str(tmp_path / 'scheduler.json')],
+        stderr=subprocess.DEVNULL)
+    try:
+        wait_for(tmp_path / 'scheduler.json')
+        executor = DaskExecutor(perform, str(tmp_path / 'scheduler.json'))
+        assert executor.workers == 0
+        assert executor.capacity > 0
+        executor.submit((str(tmp_path), 'a', 'work'))
+        assert executor.finished(0.1) == []
+    finally:
+        started.kill()
+        started.wait()
+    with pytest.raises(ExecutorError, match='the Dask scheduler is gone'):
+        until_done(executor, 1)
+    executor.close(cancel=True)
