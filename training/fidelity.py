@@ -79,7 +79,7 @@ def replay(engine: str, traces: Traces) -> tuple[Array, float | None]:
         return _replay_in_pybullet(traces, world.steps)
     from w2b_sim.engines.batched import BatchedEngine
 
-    outcome, _log = BatchedEngine(traces.body, world, 'double').evaluate_primed(
+    outcome = BatchedEngine(traces.body, world, 'double').evaluate_primed(
         traces.network, traces.hidden[..., 1], [Start()])
     touch = outcome.touch_fraction
     return (outcome.final_position_m[:, :, 0, :2],

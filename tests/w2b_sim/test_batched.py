@@ -143,7 +143,7 @@ def test_priming_is_the_networks(single):
     network, words = random_networks(single.body, 3), random_words(2)
     primed = prime(Network(network.hidden_weights[:, None], network.motor_weights[:, None],
                            network.motor_time_constants), words).hidden
-    outside, _log = single.evaluate_primed(network, primed, [Start()])
+    outside = single.evaluate_primed(network, primed, [Start()])
     inside = single.evaluate(network, words, [Start()])
     np.testing.assert_allclose(inside.final_position_m, outside.final_position_m, atol=1e-3)
 

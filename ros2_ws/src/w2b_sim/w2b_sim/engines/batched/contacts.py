@@ -1,9 +1,7 @@
 """
 Spheres on the floor: where they touch, and the rows they add to the solve.
 
-The base's velocity, world axes, stands in the order v_x, v_y, w_z, v_z, w_x, w_y: a floor pushes along
-z, so a normal's row has FLOOR_ZEROS leading zeros, which stay zero through L^-1 (unless a dynamic
-joint couples them), and normals are solved in the three last unknowns alone.
+The base's velocity, world axes, stands in the order v_x, v_y, w_z, v_z, w_x, w_y.
 """
 
 from __future__ import annotations
@@ -14,7 +12,6 @@ from w2b_sim.engines.batched.tree import BASE
 
 #: Places of the base's velocities among its unknowns.
 V_X, V_Y, W_Z, V_Z, W_X, W_Y = range(BASE)
-FLOOR_ZEROS = 3
 
 #: A sphere is in contact from this gap on, and a touch sensor reads 1 from that one on, m. Where
 #: feet stand exactly on the floor at the start, rounding would decide; both are above the rounding

@@ -1,74 +1,113 @@
 """
-Contact with dry friction: Gauss-Seidel over motors, normals and tangents together.
+Contact with dry friction: Gauss-Seidel over normals and tangents together.
 
 Each contact's friction impulse (f_x, f_y) opposes sliding, softened by force-dependent slip
 (velocity + (slip / h) impulse = 0) and bounded by Coulomb's cone, |f| <= mu * normal impulse. An
 infinite mu gives the original's unbounded viscous friction, solved in one stage.
+
+About the centre of mass an impulse f at r changes v by f / m and w by I^-1 (r x f), and the contact's
+velocity is v + w x r + drive. Visiting a row therefore takes two products for its velocity and four
+for the answer of the body.
 """
 
 from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import inlined
-from w2b_sim.engines.batched.memory import row
-from w2b_sim.engines.batched.motors import hard_stop_targets, start_stops, visit_motor_and_stop
-from w2b_sim.engines.batched.rows import contact_targets, keep_impulses, prepare, visit_normal
-from w2b_sim.engines.batched.simd import fma, vmin, vsqrt
-from w2b_sim.engines.batched.tree import backward_all, forward_row, row_add, row_dot, row_length
+from w2b_sim.engines.batched.rigid import NO_FLOOR, about_centre, drive_of, set_contacts, \
+    set_solution
+from w2b_sim.engines.batched.simd import fma, vmax, vmin, vsqrt, where
 
 #: Keeps the direction of a friction impulse of zero defined, (N s)^2.
 TINY = 1e-24
 
 
 @inlined
-def solve_coulomb(layout, tables, state, frame, solve, near, count, erp_per_h, slip_per_h,
-                  friction, h, sweeps, reach, per_gap):
-    """Solve for the velocities of one step; they end in solve.y."""
-    hard_stop_targets(layout, tables, state, frame, solve, count, erp_per_h * h, h)
-    contact_targets(layout, frame, solve, near, count, erp_per_h, reach, per_gap)
-    prepare(layout, tables, frame, solve, near, count, state.press)
-    start_stops(layout, tables, state, solve, count)
+def solve_coulomb(layout, state, frame, composite, contacts, near, count, erp_per_h, slip_per_h,
+                  friction, sweeps, reach, per_gap, solution):
+    """Solve for the base's velocity of one step; it ends in `solution`."""
+    inverse_mass, centre, p, angular, inertia = about_centre(composite)
+    set_contacts(layout, frame, contacts, near, count, centre, erp_per_h, reach, per_gap)
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    # Inverse of I by cofactors.
+    cxx, cyy, czz = fma(iyy, izz, -(iyz * iyz)), fma(ixx, izz, -(ixz * ixz)), \
+        fma(ixx, iyy, -(ixy * ixy))
+    cxy, cxz, cyz = fma(ixz, iyz, -(ixy * izz)), fma(ixy, iyz, -(ixz * iyy)), \
+        fma(ixy, ixz, -(iyz * ixx))
+    inverse = 1.0 / fma(ixx, cxx, fma(ixy, cxy, ixz * cxz))
+    g = (cxx * inverse, cyy * inverse, czz * inverse, cxy * inverse, cxz * inverse, cyz * inverse)
+    vx, vy, vz = p[0] * inverse_mass, p[1] * inverse_mass, p[2] * inverse_mass
+    wx = fma(g[0], angular[0], fma(g[3], angular[1], g[4] * angular[2]))
+    wy = fma(g[3], angular[0], fma(g[1], angular[1], g[5] * angular[2]))
+    wz = fma(g[4], angular[0], fma(g[5], angular[1], g[2] * angular[2]))
     for q in range(count):
         c = near[q]
-        state.slide_x[c] = state.slide_x[c] * solve.active[q]
-        state.slide_y[c] = state.slide_y[c] * solve.active[q]
-        _load(layout, tables, solve, tables.contact_link[c], row(solve.row_x, q),
-              solve.inverse_x, q, slip_per_h, state.slide_x[c])
-        _load(layout, tables, solve, tables.contact_link[c], row(solve.row_y, q),
-              solve.inverse_y, q, slip_per_h, state.slide_y[c])
+        here = contacts.target[q] > 0.1 * NO_FLOOR
+        x, y, z = contacts.arm[q, 0], contacts.arm[q, 1], contacts.arm[q, 2]
+        _answer(g, inverse_mass, 0.0, y, -x, z * 0.0, contacts.normal, q)
+        _answer(g, inverse_mass, slip_per_h, z * 0.0, z, -y, contacts.tangent_x, q)
+        _answer(g, inverse_mass, slip_per_h, -z, z * 0.0, x, contacts.tangent_y, q)
+        push = where(here, state.press[c], 0.0)
+        slide_x, slide_y = where(here, state.slide_x[c], 0.0), where(here, state.slide_y[c], 0.0)
+        contacts.impulse[q] = push
+        state.slide_x[c] = slide_x
+        state.slide_y[c] = slide_y
+        vx, vy = fma(inverse_mass, slide_x, vx), fma(inverse_mass, slide_y, vy)
+        vz = fma(inverse_mass, push, vz)
+        wx, wy, wz = _turned(contacts, q, push, slide_x, slide_y, wx, wy, wz)
     for _ in range(sweeps):
-        for d in range(layout.dynamic):
-            visit_motor_and_stop(layout, tables, state, solve, count, d)
         for q in range(count):
-            visit_normal(layout, tables, solve, near, q)
-            _visit_tangents(layout, tables, solve, state, frame, near[q], q, slip_per_h, friction)
-    keep_impulses(layout, solve, near, count, state.press)
-    backward_all(layout, tables, solve.factor_joint, solve.factor_base, solve.y)
+            c = near[q]
+            x, y, z = contacts.arm[q, 0], contacts.arm[q, 1], contacts.arm[q, 2]
+            old = contacts.impulse[q]
+            missing = fma(x, wy, fma(-y, wx, contacts.target[q] - vz))
+            push = vmax(missing * contacts.normal[q, 3], -old)
+            new = old + push
+            contacts.impulse[q] = new
+            vz = fma(inverse_mass, push, vz)
+            wx, wy, wz = fma(contacts.normal[q, 0], push, wx), \
+                fma(contacts.normal[q, 1], push, wy), fma(contacts.normal[q, 2], push, wz)
+            old_x, old_y = state.slide_x[c], state.slide_y[c]
+            drive = drive_of(frame, c)
+            speed_x = fma(z, wy, fma(-y, wz, fma(slip_per_h, old_x, drive[0] + vx)))
+            speed_y = fma(x, wz, fma(-z, wx, fma(slip_per_h, old_y, drive[1] + vy)))
+            new_x = fma(-speed_x, contacts.tangent_x[q, 3], old_x)
+            new_y = fma(-speed_y, contacts.tangent_y[q, 3], old_y)
+            size = vsqrt(fma(new_x, new_x, fma(new_y, new_y, TINY)))
+            share = vmin(friction * new / size, 1.0)
+            new_x, new_y = new_x * share, new_y * share
+            slide_x, slide_y = new_x - old_x, new_y - old_y
+            state.slide_x[c] = new_x
+            state.slide_y[c] = new_y
+            vx, vy = fma(inverse_mass, slide_x, vx), fma(inverse_mass, slide_y, vy)
+            wx = fma(contacts.tangent_x[q, 0], slide_x, fma(contacts.tangent_y[q, 0], slide_y, wx))
+            wy = fma(contacts.tangent_x[q, 1], slide_x, fma(contacts.tangent_y[q, 1], slide_y, wy))
+            wz = fma(contacts.tangent_x[q, 2], slide_x, fma(contacts.tangent_y[q, 2], slide_y, wz))
+    for q in range(count):
+        state.press[near[q]] = contacts.impulse[q]
+    set_solution(solution, centre, (vx, vy, vz), (wx, wy, wz))
 
 
 @inlined
-def _load(layout, tables, solve, link, tangent, inverse, q, slip_per_h, impulse):
-    """Take a tangent's row into Cholesky space and apply an impulse along it."""
-    forward_row(layout, tables, solve.factor_joint, solve.factor_base, link, 0, tangent)
-    inverse[q] = 1.0 / (slip_per_h + row_length(layout, tables, link, 0, tangent))
-    row_add(layout, tables, link, 0, tangent, impulse, solve.y)
+def _answer(g, inverse_mass, softness, tx, ty, tz, row, q):
+    """
+    Write the change of w by a unit impulse with torque t, and 1 / the change of its own velocity.
+
+    A soft row gives way by `softness` times its impulse.
+    """
+    wx = fma(g[0], tx, fma(g[3], ty, g[4] * tz))
+    wy = fma(g[3], tx, fma(g[1], ty, g[5] * tz))
+    wz = fma(g[4], tx, fma(g[5], ty, g[2] * tz))
+    row[q, 0] = wx
+    row[q, 1] = wy
+    row[q, 2] = wz
+    row[q, 3] = 1.0 / (fma(tx, wx, fma(ty, wy, fma(tz, wz, inverse_mass))) + softness)
 
 
 @inlined
-def _visit_tangents(layout, tables, solve, state, frame, c, q, slip_per_h, friction):
-    """Visit both tangents of a contact; its friction ends inside the cone."""
-    link = tables.contact_link[c]
-    row_x, row_y = row(solve.row_x, q), row(solve.row_y, q)
-    old_x, old_y = state.slide_x[c], state.slide_y[c]
-    velocity_x = row_dot(layout, tables, link, 0, row_x, solve.y,
-                         fma(slip_per_h, old_x, frame.contact_drive[c, 0]))
-    velocity_y = row_dot(layout, tables, link, 0, row_y, solve.y,
-                         fma(slip_per_h, old_y, frame.contact_drive[c, 1]))
-    new_x = fma(-velocity_x, solve.inverse_x[q], old_x)
-    new_y = fma(-velocity_y, solve.inverse_y[q], old_y)
-    size = vsqrt(fma(new_x, new_x, fma(new_y, new_y, TINY)))
-    share = vmin(friction * solve.impulse[q] / size, 1.0) * solve.active[q]
-    new_x, new_y = new_x * share, new_y * share
-    state.slide_x[c] = new_x
-    state.slide_y[c] = new_y
-    row_add(layout, tables, link, 0, row_x, new_x - old_x, solve.y)
-    row_add(layout, tables, link, 0, row_y, new_y - old_y, solve.y)
+def _turned(contacts, q, push, slide_x, slide_y, wx, wy, wz):
+    """Return w after impulses along z, x and y at contact q."""
+    normal, tangent_x, tangent_y = contacts.normal, contacts.tangent_x, contacts.tangent_y
+    wx = fma(normal[q, 0], push, fma(tangent_x[q, 0], slide_x, fma(tangent_y[q, 0], slide_y, wx)))
+    wy = fma(normal[q, 1], push, fma(tangent_x[q, 1], slide_x, fma(tangent_y[q, 1], slide_y, wy)))
+    wz = fma(normal[q, 2], push, fma(tangent_x[q, 2], slide_x, fma(tangent_y[q, 2], slide_y, wz)))
+    return wx, wy, wz

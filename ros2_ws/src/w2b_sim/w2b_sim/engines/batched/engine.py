@@ -168,16 +168,13 @@ class BatchedEngine:
         return evaluation, log
 
     def evaluate_primed(self, network: Network, hidden: ArrayLike, starts: Sequence[Start],
-                        variations: Variations | None = None
-                        ) -> tuple[Evaluation, Trajectories]:
-        """Return the same as `record` for networks primed already to `hidden` (C, W, H)."""
+                        variations: Variations | None = None) -> Evaluation:
+        """Return the same as `evaluate` for networks primed already to `hidden` (C, W, H)."""
         primed = np.asarray(hidden, dtype=np.float64)
         if primed.ndim != 3 or primed.shape[2] != self.layout.hidden or 0 in primed.shape:
             raise ValueError(f'hidden: expected (C, W, {self.layout.hidden}), got {primed.shape}')
-        evaluation, log = self._run(network, np.zeros((1, primed.shape[1], 0)), primed, starts,
-                                    variations, True)
-        assert log is not None
-        return evaluation, log
+        return self._run(network, np.zeros((1, primed.shape[1], 0)), primed, starts, variations,
+                         False)[0]
 
     def _run(self, network: Network, signals: Array, primed: Array | None,
              starts: Sequence[Start], variations: Variations | None, logging: bool
@@ -186,8 +183,9 @@ class BatchedEngine:
         layout, world = self.layout, self.world
         signals = signals if signals.ndim == 3 else signals[None]
         shape = (controllers, signals.shape[1], len(starts))
-        failed = ~(np.isfinite(network.hidden_weights.astype(self._dtype)).all((1, 2))
-                   & np.isfinite(network.motor_weights.astype(self._dtype)).all((1, 2)))
+        with np.errstate(over='ignore'):
+            failed = ~(np.isfinite(network.hidden_weights.astype(self._dtype)).all((1, 2))
+                       & np.isfinite(network.motor_weights.astype(self._dtype)).all((1, 2)))
         failed_pairs = failed[:, None] | ~np.isfinite(signals).all(2)
         if primed is not None:
             failed_pairs = failed_pairs | ~np.isfinite(primed).all(2)

@@ -27,12 +27,13 @@ COMPOSITE = 16
 
 
 @inlined
-def balance(layout, tables, state, frame, composite, base_mass, impulse, h, solve):
+def compose(layout, tables, state, frame, composite, base_mass, impulse, h):
     """
-    Fill A (solve.joint, solve.base; see `tree`) and b.
+    Sum up mass, moments and momentum: of the whole body in row 0 of `composite`.
 
-    `composite` is scratch, (L or 1, COMPOSITE); `base_mass` scales the base's mass and inertia;
-    `impulse` is gravity (and push) times h, per unit of mass, m/s.
+    Where there are dynamic joints, row k has those of link k and all that it carries. `base_mass`
+    scales the base's mass and inertia; `impulse` is gravity (and push) times h, per unit of mass,
+    m/s.
     """
     zero = splat(layout, 0.0)
     rows = layout.links if layout.dynamic > 0 else 1
@@ -47,9 +48,6 @@ def balance(layout, tables, state, frame, composite, base_mass, impulse, h, solv
             p = tables.parent[k]
             for i in range(COMPOSITE):
                 composite[p, i] = composite[p, i] + composite[k, i]
-    _fill_base(layout, composite, solve)
-    if layout.dynamic > 0:
-        _fill_joints(layout, tables, frame, composite, solve)
 
 
 @inlined
@@ -100,7 +98,7 @@ def _add_link(layout, tables, state, frame, composite, k, row, base_mass, impuls
 
 
 @inlined
-def _fill_base(layout, composite, solve):
+def fill_base(layout, composite, solve):
     """Write the base's part of A and b from the whole body's composite."""
     zero = splat(layout, 0.0)
     a, b, first = solve.base, solve.b, layout.dynamic
@@ -131,7 +129,7 @@ def _fill_base(layout, composite, solve):
 
 
 @inlined
-def _fill_joints(layout, tables, frame, composite, solve):
+def fill_joints(layout, tables, frame, composite, solve):
     """Write the dynamic joints' part: momentum of what each moves, as the joints inside see it."""
     for d in range(layout.dynamic):
         link = tables.dynamic_link[d]

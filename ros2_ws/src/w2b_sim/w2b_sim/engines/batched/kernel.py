@@ -16,11 +16,12 @@ from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.borrowed import borrow, integers
 from w2b_sim.engines.batched.contacts import find
 from w2b_sim.engines.batched.friction import solve_contacts
-from w2b_sim.engines.batched.inertia import COMPOSITE, balance
+from w2b_sim.engines.batched.inertia import COMPOSITE, compose
 from w2b_sim.engines.batched.integration import integrate
 from w2b_sim.engines.batched.kinematics import drives, hinge_angles, rotations
 from w2b_sim.engines.batched.memory import allocate, get_lane, local1, local2, noise, set_lane
 from w2b_sim.engines.batched.neurons import prime_range, update
+from w2b_sim.engines.batched.rigid import Contacts
 from w2b_sim.engines.batched.rows import Solve
 from w2b_sim.engines.batched.simd import splat, vmax, vmin, vsqrt, where
 from w2b_sim.engines.batched.state import Frame, State, rest
@@ -117,7 +118,6 @@ def _run_block(layout, tables, clock, batch, log, first, count, starts):
     motor_weights = local1(layout, layout.motor_synapses)
     start, parameters = local1(layout, 5), local1(layout, PARAMETERS)
     state, frame = allocate(layout, State), allocate(layout, Frame)
-    solve = allocate(layout, Solve)
     words = batch.primed.shape[1]
     for lane in range(layout.lanes):
         evaluation = min(first + lane, count - 1)
@@ -142,7 +142,7 @@ def _run_block(layout, tables, clock, batch, log, first, count, starts):
     rest(layout, tables, state, frame, start)
     outcome = local1(layout, layout.outcomes)
     _walk(layout, tables, clock, batch, log, first, count, weights, motor_weights, parameters,
-          state, frame, solve, outcome)
+          state, frame, outcome)
     for lane in range(min(layout.lanes, count - first)):
         for i in range(layout.outcomes):
             log.outcome[first + lane, i] = get_lane(outcome, i, lane)
@@ -150,10 +150,11 @@ def _run_block(layout, tables, clock, batch, log, first, count, starts):
 
 @inlined
 def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weights, parameters,
-          state, frame, solve, outcome):
+          state, frame, outcome):
     """Let one block of robots walk for all control periods; fill `outcome`."""
     joints = layout.joints
     motion, composite = local2(layout, layout.links, 6), local2(layout, layout.links, COMPOSITE)
+    contacts, solve = allocate(layout, Contacts), allocate(layout, Solve)
     touch, felt = local1(layout, layout.touches), local1(layout, layout.touches)
     senses, new = local1(layout, layout.sensors), local1(layout, layout.hidden)
     shove = local1(layout, 2)
@@ -202,10 +203,10 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
                 if t == clock.steps - 1:
                     break
             impulse = (shove[0], shove[1], parameters[GRAVITY])
-            balance(layout, tables, state, frame, composite, parameters[BASE_MASS], impulse,
-                    clock.h, solve)
-            solve_contacts(layout, tables, state, frame, solve, near, found, clock,
-                           parameters[ERP_PER_H], parameters[SLIP], parameters[FRICTION])
+            compose(layout, tables, state, frame, composite, parameters[BASE_MASS], impulse,
+                    clock.h)
+            solve_contacts(layout, tables, state, frame, composite, contacts, solve, near, found,
+                           clock, parameters[ERP_PER_H], parameters[SLIP], parameters[FRICTION])
             integrate(layout, tables, state, frame, motion, solve.y, clock.h)
             shove[0] = splat(layout, 0.0)
             shove[1] = splat(layout, 0.0)

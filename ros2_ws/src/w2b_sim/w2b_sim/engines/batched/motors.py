@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.memory import row
-from w2b_sim.engines.batched.rows import sweep_normals, visit_normal
+from w2b_sim.engines.batched.rows import visit_normal
 from w2b_sim.engines.batched.simd import fma, splat, vmax, vmin, where
 from w2b_sim.engines.batched.tree import row_add, row_dot
 
@@ -68,7 +68,7 @@ def start_stops(layout, tables, state, solve, count):
     """Apply the stops' impulses of the last step."""
     for d in range(layout.dynamic):
         solve.stop[d] = state.stop[d]
-        row_add(layout, tables, tables.dynamic_link[d], 0, row(solve.rows, count + d),
+        row_add(layout, tables, tables.dynamic_link[d], row(solve.rows, count + d),
                 state.stop[d], solve.y)
 
 
@@ -76,11 +76,11 @@ def start_stops(layout, tables, state, solve, count):
 def visit_motor(layout, tables, solve, count, d):
     """Visit the row of a motor."""
     q, link = count + d, tables.dynamic_link[d]
-    missing = -row_dot(layout, tables, link, 0, row(solve.rows, q), solve.y, -solve.target[q])
+    missing = -row_dot(layout, tables, link, row(solve.rows, q), solve.y, -solve.target[q])
     old = solve.impulse[q]
     new = vmin(vmax(fma(missing, solve.inverse[q], old), solve.lowest[d]), solve.highest[d])
     solve.impulse[q] = new
-    row_add(layout, tables, link, 0, row(solve.rows, q), new - old, solve.y)
+    row_add(layout, tables, link, row(solve.rows, q), new - old, solve.y)
 
 
 @inlined
@@ -88,7 +88,7 @@ def visit_motor_and_stop(layout, tables, state, solve, count, d):
     """Visit the row of a motor, then the stop, which acts along the same row."""
     q, link = count + d, tables.dynamic_link[d]
     inverse = solve.inverse[q]
-    rate = row_dot(layout, tables, link, 0, row(solve.rows, q), solve.y, splat(layout, 0.0))
+    rate = row_dot(layout, tables, link, row(solve.rows, q), solve.y, splat(layout, 0.0))
     old, old_stop = solve.impulse[q], solve.stop[d]
     new = fma(solve.target[q] - rate, inverse, old)
     new = vmin(vmax(new, solve.lowest[d]), solve.highest[d])
@@ -99,18 +99,15 @@ def visit_motor_and_stop(layout, tables, state, solve, count, d):
     solve.impulse[q] = new
     solve.stop[d] = stop
     state.stop[d] = stop
-    row_add(layout, tables, link, 0, row(solve.rows, q), (new - old) + (stop - old_stop),
+    row_add(layout, tables, link, row(solve.rows, q), (new - old) + (stop - old_stop),
             solve.y)
 
 
 @inlined
 def sweep(layout, tables, solve, near, count, sweeps):
     """Visit motors and normals in turn, `sweeps` times."""
-    if layout.dynamic == 0:
-        sweep_normals(layout, solve, count, sweeps)
-    else:
-        for _ in range(sweeps):
-            for d in range(layout.dynamic):
-                visit_motor(layout, tables, solve, count, d)
-            for q in range(count):
-                visit_normal(layout, tables, solve, near, q)
+    for _ in range(sweeps):
+        for d in range(layout.dynamic):
+            visit_motor(layout, tables, solve, count, d)
+        for q in range(count):
+            visit_normal(layout, tables, solve, near, q)

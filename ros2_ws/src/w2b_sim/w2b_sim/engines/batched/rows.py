@@ -15,7 +15,7 @@ at `target` with an impulse within +-torque * h.
 from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import inlined
-from w2b_sim.engines.batched.contacts import FLOOR_ZEROS, contact_rows
+from w2b_sim.engines.batched.contacts import contact_rows
 from w2b_sim.engines.batched.memory import row, structure
 from w2b_sim.engines.batched.simd import fma, splat, vmax, where
 from w2b_sim.engines.batched.tree import factorise, forward_all, forward_row, row_add, row_dot, \
@@ -45,12 +45,6 @@ Solve = structure('Solve', {
     'inverse_x': ('contacts',),
     'inverse_y': ('contacts',),
 })
-
-
-@inlined
-def zeros(layout):
-    """Return how many leading base entries of a normal's row are zero: see `contacts`."""
-    return FLOOR_ZEROS if layout.dynamic == 0 else 0
 
 
 @inlined
@@ -100,12 +94,10 @@ def prepare(layout, tables, frame, solve, near, count, start):
 @inlined
 def _load(layout, tables, solve, link, q, impulse):
     """Take row q of a link into Cholesky space and apply an impulse along it."""
-    first = zeros(layout)
-    forward_row(layout, tables, solve.factor_joint, solve.factor_base, link, first,
-                row(solve.rows, q))
-    solve.inverse[q] = 1.0 / row_length(layout, tables, link, first, row(solve.rows, q))
+    forward_row(layout, tables, solve.factor_joint, solve.factor_base, link, row(solve.rows, q))
+    solve.inverse[q] = 1.0 / row_length(layout, tables, link, row(solve.rows, q))
     solve.impulse[q] = impulse * solve.active[q]
-    row_add(layout, tables, link, first, row(solve.rows, q), solve.impulse[q], solve.y)
+    row_add(layout, tables, link, row(solve.rows, q), solve.impulse[q], solve.y)
 
 
 @inlined
@@ -118,30 +110,11 @@ def keep_impulses(layout, solve, near, count, start):
 
 
 @inlined
-def sweep_normals(layout, solve, count, sweeps):
-    """Sweep with the three unknowns that normals act on in registers."""
-    y0, y1, y2 = solve.y[3], solve.y[4], solve.y[5]
-    for _ in range(sweeps):
-        for q in range(count):
-            r0, r1, r2 = solve.rows[q, 3], solve.rows[q, 4], solve.rows[q, 5]
-            velocity = fma(r2, y2, fma(r1, y1, r0 * y0))
-            old = solve.impulse[q]
-            new = vmax(fma(solve.target[q] - velocity, solve.inverse[q], old), 0.0)
-            new = new * solve.active[q]
-            change = new - old
-            solve.impulse[q] = new
-            y0, y1, y2 = fma(r0, change, y0), fma(r1, change, y1), fma(r2, change, y2)
-    solve.y[3] = y0
-    solve.y[4] = y1
-    solve.y[5] = y2
-
-
-@inlined
 def visit_normal(layout, tables, solve, near, q):
     """Visit the row of a normal."""
-    link, first = tables.contact_link[near[q]], zeros(layout)
-    missing = -row_dot(layout, tables, link, first, row(solve.rows, q), solve.y, -solve.target[q])
+    link = tables.contact_link[near[q]]
+    missing = -row_dot(layout, tables, link, row(solve.rows, q), solve.y, -solve.target[q])
     old = solve.impulse[q]
     new = vmax(fma(missing, solve.inverse[q], old), 0.0) * solve.active[q]
     solve.impulse[q] = new
-    row_add(layout, tables, link, first, row(solve.rows, q), new - old, solve.y)
+    row_add(layout, tables, link, row(solve.rows, q), new - old, solve.y)

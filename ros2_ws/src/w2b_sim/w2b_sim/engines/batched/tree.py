@@ -2,7 +2,7 @@
 The momentum balance of a tree of links: storage, Cholesky factor and solves that keep its zeros.
 
 Unknowns: the rates of the dynamic joints, those far from the base first, then the base's velocity in
-the order v_x, v_y, w_z, v_z, w_x, w_y (BASE of them). Two joints share an entry of the matrix only
+the order v_x, v_y, w_z, v_z, w_x, w_y (`BASE`). Two joints share an entry of the matrix only
 if one hangs on the other, and eliminating the outer joints first keeps it so: the factor's column of
 a joint has entries for the joints between it and the base, and for the base.
 
@@ -59,13 +59,8 @@ def factorise(layout, tables, joint, base):
 
 
 @inlined
-def forward_row(layout, tables, joint, base, link, first, row):
-    """
-    Replace a link's vector by L^-1 times it.
-
-    The first `first` of its entries with the base are known to be zero and stay so (0 for links
-    that dynamic joints move).
-    """
+def forward_row(layout, tables, joint, base, link, row):
+    """Replace a link's vector by L^-1 times it."""
     length = tables.chain_length[link]
     for p in range(length):
         d = tables.chain_of[link, p]
@@ -75,9 +70,9 @@ def forward_row(layout, tables, joint, base, link, first, row):
             row[q] = fma(-joint[d, q - p], value, row[q])
         for i in range(BASE):
             row[layout.chain + i] = fma(-joint[d, layout.chain + i], value, row[layout.chain + i])
-    for i in range(first, BASE):
+    for i in range(BASE):
         total = row[layout.chain + i]
-        for k in range(first, i):
+        for k in range(i):
             total = fma(-base[tri(i, k)], row[layout.chain + k], total)
         row[layout.chain + i] = total * base[tri(i, i)]
 
@@ -122,10 +117,10 @@ def backward_all(layout, tables, joint, base, x):
 
 
 @inlined
-def row_length(layout, tables, link, first, row):
+def row_length(layout, tables, link, row):
     """Return the squared length of a link's vector."""
-    total = row[layout.chain + first] * row[layout.chain + first]
-    for i in range(first + 1, BASE):
+    total = row[layout.chain] * row[layout.chain]
+    for i in range(1, BASE):
         total = fma(row[layout.chain + i], row[layout.chain + i], total)
     for p in range(tables.chain_length[link]):
         total = fma(row[p], row[p], total)
@@ -133,22 +128,22 @@ def row_length(layout, tables, link, first, row):
 
 
 @inlined
-def row_dot(layout, tables, link, first, row, x, total):
+def row_dot(layout, tables, link, row, x, total):
     """Return total plus the product of a link's vector with a full one."""
     for p in range(tables.chain_length[link]):
         total = fma(row[p], x[tables.chain_of[link, p]], total)
-    for i in range(first, BASE):
+    for i in range(BASE):
         total = fma(row[layout.chain + i], x[layout.dynamic + i], total)
     return total
 
 
 @inlined
-def row_add(layout, tables, link, first, row, factor, x):
+def row_add(layout, tables, link, row, factor, x):
     """Add factor times a link's vector to a full one."""
     for p in range(tables.chain_length[link]):
         place = tables.chain_of[link, p]
         x[place] = fma(row[p], factor, x[place])
-    for i in range(first, BASE):
+    for i in range(BASE):
         x[layout.dynamic + i] = fma(row[layout.chain + i], factor, x[layout.dynamic + i])
 
 

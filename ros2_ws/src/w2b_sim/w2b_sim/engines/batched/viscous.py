@@ -1,49 +1,141 @@
 """
 The original's contact: unbounded friction with force-dependent slip, solved in its two stages.
 
-Force-dependent slip makes friction viscous: tangential velocity = -slip * force, or
-impulse = -(h / slip) * velocity. Such an impulse is linear in the unknowns, so it needs no
-iteration: it goes to the left side, A += (h / slip) J_t^T J_t. But the original's solver (ODE's
-dWorldStep) gives it only to contacts that press when there is no friction yet, because it fixes the
-friction bounds from the normal impulses it has found by then. Hence two stages: normals (and
-motors) without friction; then those that press get their slip, and normals and motors are solved
-again.
+Force-dependent slip makes friction viscous: tangential velocity = -slip * force, so the impulse
+-(h / slip) * velocity is linear in the unknowns and needs no iteration. But the original's solver
+(ODE's dWorldStep) gives it only to contacts that press when there is no friction yet, because it
+fixes the friction bounds from the normal impulses it has found by then. Hence two stages: normals
+without friction; then those that press get their slip, and the normals are solved again.
+
+With weights w = h / slip of the contacts that press, at (x, y, z) from the centre of mass, the six
+equations of the second stage (the first: all w = 0) read
+
+    (m + W) v_x            - W_y w_z            + W_z w_y = p_x - drag        W   = sum w
+              (m + W) v_y  + W_x w_z - W_z w_x            = p_y - drag        W_i = sum w i
+    -W_y v_x  + W_x v_y + (I_zz + W_rr) w_z + (I_xz - W_xz) w_x + (I_yz - W_yz) w_y = L_z - drag
+               -W_z v_y + (I_xz - W_xz) w_z + (I_xx + W_zz) w_x +  I_xy w_y          = L_x + ...
+     W_z v_x            + (I_yz - W_yz) w_z +  I_xy w_x         + (I_yy + W_zz) w_y  = L_y + ...
+    m v_z                                                                            = p_z + ...
+
+where the dots are the floor's normal impulses: they act on v_z, w_x, w_y alone. Eliminating v_x, v_y
+and then w_z leaves a 2 x 2 matrix for (w_x, w_y), whose inverse, with 1 / m, answers to a normal
+impulse at (x, y): (v_z, w_x, w_y) += G (1, y, -x). Projected Gauss-Seidel runs on these three.
 """
 
 from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import inlined
-from w2b_sim.engines.batched.contacts import CONTACT_GAP_M, contact_rows
-from w2b_sim.engines.batched.memory import row
-from w2b_sim.engines.batched.motors import soft_stop_targets, sweep
-from w2b_sim.engines.batched.rows import contact_targets, keep_impulses, prepare
-from w2b_sim.engines.batched.simd import where
-from w2b_sim.engines.batched.tree import backward_all, rank_one, row_add
+from w2b_sim.engines.batched.contacts import CONTACT_GAP_M
+from w2b_sim.engines.batched.rigid import about_centre, drive_of, set_contacts, set_solution
+from w2b_sim.engines.batched.simd import fma, splat, vmax, where
 
 
 @inlined
-def solve_viscous(layout, tables, state, frame, solve, near, count, erp_per_h, h_per_slip, h,
-                  first_sweeps, second_sweeps):
-    """Solve for the velocities of one step; they end in solve.y."""
-    soft_stop_targets(layout, tables, state, frame, solve, count, erp_per_h, h)
-    contact_targets(layout, frame, solve, near, count, erp_per_h, CONTACT_GAP_M, 0.0)
+def solve_viscous(layout, state, frame, composite, contacts, near, count, erp_per_h, h_per_slip,
+                  first_sweeps, second_sweeps, solution):
+    """Solve for the base's velocity of one step; it ends in `solution`."""
+    inverse_mass, centre, p, angular, inertia = about_centre(composite)
+    set_contacts(layout, frame, contacts, near, count, centre, erp_per_h, CONTACT_GAP_M, 0.0)
+    zero = splat(layout, 0.0)
+    w, wx, wy, wz = zero, zero, zero, zero
+    wrr, wxz, wyz, wzz = zero, zero, zero, zero
+    px, py, lx, ly, lz = p[0], p[1], angular[0], angular[1], angular[2]
     if count > 0:
-        prepare(layout, tables, frame, solve, near, count, state.press_first)
-        sweep(layout, tables, solve, near, count, first_sweeps)
-        keep_impulses(layout, solve, near, count, state.press_first)
+        _stage(layout, contacts, near, count, state.press_first, first_sweeps, composite[0, 0],
+               inverse_mass, inertia, (w, wx, wy, wz, wrr, wxz, wyz, wzz),
+               (px, py, p[2], lx, ly, lz))
     for q in range(count):
-        c = near[q]
-        link = tables.contact_link[c]
-        weight = where(solve.impulse[q] > 0.0, h_per_slip, h_per_slip * 0.0)
-        contact_rows(layout, tables, frame, c, row(solve.row_x, 0), row(solve.row_y, 0),
-                     row(solve.rows, q))
-        rank_one(layout, tables, solve.joint, solve.base, link, row(solve.row_x, 0), weight)
-        rank_one(layout, tables, solve.joint, solve.base, link, row(solve.row_y, 0), weight)
-        row_add(layout, tables, link, 0, row(solve.row_x, 0),
-                -(weight * frame.contact_drive[c, 0]), solve.b)
-        row_add(layout, tables, link, 0, row(solve.row_y, 0),
-                -(weight * frame.contact_drive[c, 1]), solve.b)
-    prepare(layout, tables, frame, solve, near, count, state.press)
-    sweep(layout, tables, solve, near, count, second_sweeps)
-    keep_impulses(layout, solve, near, count, state.press)
-    backward_all(layout, tables, solve.factor_joint, solve.factor_base, solve.y)
+        weight = where(contacts.impulse[q] > 0.0, h_per_slip, zero)
+        x, y, z = contacts.arm[q, 0], contacts.arm[q, 1], contacts.arm[q, 2]
+        drive = drive_of(frame, near[q])
+        ax, ay, az = weight * x, weight * y, weight * z
+        w, wx, wy, wz = w + weight, wx + ax, wy + ay, wz + az
+        wrr = fma(ax, x, fma(ay, y, wrr))
+        wxz, wyz, wzz = fma(ax, z, wxz), fma(ay, z, wyz), fma(az, z, wzz)
+        # The known share of the sliding velocity drags too.
+        px, py = fma(-weight, drive[0], px), fma(-weight, drive[1], py)
+        lx, ly = fma(az, drive[1], lx), fma(-az, drive[0], ly)
+        lz = fma(ay, drive[0], fma(-ax, drive[1], lz))
+    velocity, spin = _stage(
+        layout, contacts, near, count, state.press, second_sweeps, composite[0, 0], inverse_mass,
+        inertia, (w, wx, wy, wz, wrr, wxz, wyz, wzz), (px, py, p[2], lx, ly, lz))
+    set_solution(solution, centre, velocity, spin)
+
+
+@inlined
+def _stage(layout, contacts, near, count, start, sweeps, mass, inverse_mass, inertia, slip, b):
+    """
+    Solve one stage; return v and w of the centre of mass.
+
+    `slip` are the sums W, W_x, W_y, W_z, W_rr, W_xz, W_yz, W_zz; `b` the right side p_x, p_y, p_z,
+    L_x, L_y, L_z. `start` has the normal impulses to start from, and receives those found.
+    """
+    w, wx, wy, wz, wrr, wxz, wyz, wzz = slip
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    px, py, pz, lx, ly, lz = b
+    inverse_a = 1.0 / (mass + w)
+    # Eliminate v_x and v_y from the rows of w_z, w_x, w_y.
+    tx, ty, tz = wx * inverse_a, wy * inverse_a, wz * inverse_a
+    k = fma(-wx, tx, fma(-wy, ty, izz + wrr))
+    cx = fma(wx, tz, ixz - wxz)
+    cy = fma(wy, tz, iyz - wyz)
+    share = fma(-wz, tz, wzz)
+    lz = fma(ty, px, fma(-tx, py, lz))
+    lx = fma(tz, py, lx)
+    ly = fma(-tz, px, ly)
+    # Eliminate w_z.
+    inverse_k = 1.0 / k
+    ex, ey = cx * inverse_k, cy * inverse_k
+    sxx = fma(-cx, ex, ixx + share)
+    syy = fma(-cy, ey, iyy + share)
+    sxy = fma(-cx, ey, ixy)
+    lx = fma(-ex, lz, lx)
+    ly = fma(-ey, lz, ly)
+    # Invert what is left of w_x and w_y.
+    inverse_det = 1.0 / fma(sxx, syy, -(sxy * sxy))
+    gxx, gyy, gxy = syy * inverse_det, sxx * inverse_det, -(sxy * inverse_det)
+    vz = pz * inverse_mass
+    spin_x = fma(gxx, lx, gxy * ly)
+    spin_y = fma(gxy, lx, gyy * ly)
+    vz, spin_x, spin_y = _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy,
+                               vz, spin_x, spin_y)
+    spin_z = fma(-ex, spin_x, fma(-ey, spin_y, lz * inverse_k))
+    vx = fma(ty, spin_z, fma(-tz, spin_y, px * inverse_a))
+    vy = fma(-tx, spin_z, fma(tz, spin_x, py * inverse_a))
+    return (vx, vy, vz), (spin_x, spin_y, spin_z)
+
+
+@inlined
+def _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz, wx, wy):
+    """
+    Find the normal impulses by projected Gauss-Seidel; return v_z, w_x, w_y with them.
+
+    `contacts.impulse` is in units of the velocity it gives its own contact, m/s, which keeps the
+    chain of dependent operations of one visit short: a change of it changes that velocity by the
+    same amount, and the body's by `contacts.normal` times it.
+    """
+    for q in range(count):
+        x, y = contacts.arm[q, 0], contacts.arm[q, 1]
+        gx = fma(gxx, y, -(gxy * x))
+        gy = fma(gxy, y, -(gyy * x))
+        own = fma(y, gx, fma(-x, gy, inverse_mass))
+        inverse = 1.0 / own
+        impulse = where(contacts.target[q] > -1e29, start[near[q]], 0.0)
+        contacts.normal[q, 0] = inverse_mass * inverse
+        contacts.normal[q, 1] = gx * inverse
+        contacts.normal[q, 2] = gy * inverse
+        contacts.normal[q, 3] = inverse
+        contacts.impulse[q] = impulse * own
+        vz, wx, wy = fma(inverse_mass, impulse, vz), fma(gx, impulse, wx), fma(gy, impulse, wy)
+    for _ in range(sweeps):
+        for q in range(count):
+            x, y = contacts.arm[q, 0], contacts.arm[q, 1]
+            missing = fma(x, wy, fma(-y, wx, contacts.target[q] - vz))
+            change = vmax(missing, -contacts.impulse[q])
+            contacts.impulse[q] = contacts.impulse[q] + change
+            vz = fma(contacts.normal[q, 0], change, vz)
+            wx = fma(contacts.normal[q, 1], change, wx)
+            wy = fma(contacts.normal[q, 2], change, wy)
+    for q in range(count):
+        start[near[q]] = contacts.impulse[q] * contacts.normal[q, 3]
+    return vz, wx, wy
