@@ -97,6 +97,16 @@ def test_undo_takes_back_change_after_change_and_relaxes(bench):
     assert bench.press('x') == 'nothing to undo'
 
 
+def test_a_joint_on_another_channel_swaps_with_the_one_that_had_it(bench):
+    bench.press('e]')
+    assert bench.driven() == {}
+    bench.press('e')
+    assert list(bench.driven()) == [1]
+    assert [servo.channel for servo in bench.session.finished().servos[:3]] == [1, 0, 2]
+    bench.press('[[')
+    assert [servo.channel for servo in bench.session.finished().servos[:3]] == [15, 1, 2]
+
+
 def test_the_clock_sets_the_prescale(bench):
     bench.press('+' * 40)
     assert bench.session.finished().board.oscillator_hz == 27e6

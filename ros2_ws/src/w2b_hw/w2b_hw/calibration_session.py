@@ -19,7 +19,7 @@ from w2b_hw.calibration import (
     Servo,
 )
 from w2b_hw.joints import limit_rad
-from w2b_hw.servo_bank import ChipStateError, ServoBank
+from w2b_hw.servo_bank import CHANNELS, ChipStateError, ServoBank
 
 SMALL_US, LARGE_US = 5.0, 20.0
 #: The angle of the second mark: a set square fits it.
@@ -86,7 +86,9 @@ class Session:
                    '<': lambda: self._step(-LARGE_US), 'z': self._zero, 'm': self._mark,
                    'l': self._shortest, 'u': self._longest, 'd': self._turn_round,
                    '+': lambda: self._clock(OSCILLATOR_STEP_HZ),
-                   '-': lambda: self._clock(-OSCILLATOR_STEP_HZ), 'x': self._take_back}
+                   '-': lambda: self._clock(-OSCILLATOR_STEP_HZ),
+                   ']': lambda: self._rewire(1), '[': lambda: self._rewire(-1),
+                   'x': self._take_back}
         action = actions.get(key)
         if action is None:
             self.message = f'no key {key!r}'
@@ -200,6 +202,17 @@ class Session:
         self._keep(replace(self._draft, board=board))
         self._bank.set_oscillator(board.oscillator_hz)
         self.message = 'clock changed, relaxed: measure a pulse of 1500 us again'
+
+    def _rewire(self, step: int) -> None:
+        """Say that this joint hangs on another channel; the joint that had it gets this one's."""
+        self.relax()
+        old = int(self._servo['channel'])
+        new = (old + step) % CHANNELS
+        swap = {old: new, new: old}
+        servos = tuple({**servo, 'channel': swap.get(int(servo['channel']), servo['channel'])}
+                       for servo in self._draft.servos)
+        self._keep(replace(self._draft, servos=servos))
+        self.message = f'channel {new}, relaxed'
 
     def _change(self, message: str, **values: float | int) -> None:
         servo = {**self._servo, **values}
