@@ -73,8 +73,29 @@ def rotate(rotation, k, x):
 
 
 @inlined
+def rotate_row(rotation, k, table, i):
+    """
+    Return R x for row i of an (N, 4) table: x, and the number of its only element that is not zero.
+
+    Most vectors of a body lie along an axis of their link: then R x is a multiple of one column of
+    R. The number is -1 where they do not.
+    """
+    column = int(table[i, 3])
+    if column == 0:
+        x = table[i, 0]
+        return rotation[k, 0] * x, rotation[k, 3] * x, rotation[k, 6] * x
+    if column == 1:
+        x = table[i, 1]
+        return rotation[k, 1] * x, rotation[k, 4] * x, rotation[k, 7] * x
+    if column == 2:
+        x = table[i, 2]
+        return rotation[k, 2] * x, rotation[k, 5] * x, rotation[k, 8] * x
+    return rotate(rotation, k, row3(table, i))
+
+
+@inlined
 def row3(table, k):
-    """Return row k of an (N, 3) table as a tuple of numbers."""
+    """Return the first three of row k of a table as a tuple of numbers."""
     return table[k, 0], table[k, 1], table[k, 2]
 
 

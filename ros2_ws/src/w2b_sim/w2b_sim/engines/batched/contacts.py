@@ -6,7 +6,8 @@ The base's velocity, world axes, stands in the order v_x, v_y, w_z, v_z, w_x, w_
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import add, cross, get3, inlined, rotate, row3, set3, sub
+from w2b_sim.engines.batched.algebra import add, cross, get3, inlined, rotate_row, row3, \
+    set3, sub
 from w2b_sim.engines.batched.simd import any_lane, fma, splat, vmax
 from w2b_sim.engines.batched.tree import BASE
 
@@ -21,6 +22,8 @@ V_X, V_Y, W_Z, V_Z, W_X, W_Y = range(BASE)
 #: floor in the second step and does not touch.
 CONTACT_GAP_M = 5e-8
 TOUCH_GAP_M = 1.3e-7
+#: No contact and no touch sensor reaches farther.
+FARTHEST_GAP_M = 0.02
 #: Below every touch: what a link without a contact sphere near the floor starts from.
 FAR_M = -1e30
 
@@ -31,36 +34,54 @@ def find(layout, tables, state, frame, touch, near, reach):
     Work out depths, the touch sensors' depths and the contacts that some lane has.
 
     Contacts are spheres within `reach` of the floor. Returns their number; `near` (C,) lists them. A depth needs one row of the rotation matrix;
-    arms and drives are worked out for the contacts in the list alone.
+    arms and drives are worked out for the contacts in the list alone, and links far above the
+    floor in all lanes are passed over.
     """
     for sensor in range(layout.touches):
         touch[sensor] = splat(layout, FAR_M)
     count = 0
-    for c in range(layout.contacts):
-        k = tables.contact_link[c]
-        radius = tables.contact_radius[c]
-        offset = row3(tables.contact_offset, c)
-        height = fma(frame.rotation[k, 8], offset[2], fma(
-            frame.rotation[k, 7], offset[1], frame.rotation[k, 6] * offset[0]))
-        depth = radius - ((state.place[2] + state.offset[k, 2]) + height)
-        frame.depth[c] = depth
-        if tables.contact_touch[c] >= 0:
-            sensor = tables.contact_touch[c]
-            touch[sensor] = vmax(touch[sensor], depth)
-        if any_lane(depth >= -reach):
-            near[count] = c
-            count += 1
-            lever = rotate(frame.rotation, k, offset)
-            lever = (lever[0], lever[1], lever[2] - radius)
-            set3(frame.contact_arm, c, add(get3(frame.arm, k), lever))
-            set3(frame.contact_drive, c, add(
-                get3(frame.drive, k), cross(get3(frame.drive_spin, k), lever)))
+    for k in range(layout.links):
+        first, last = tables.contact_first[k], tables.contact_first[k + 1]
+        height = state.place[2] + state.offset[k, 2]
+        if any_lane(height <= tables.extent[k] + FARTHEST_GAP_M):
+            for c in range(first, last):
+                depth = _depth(frame, tables, k, c, height)
+                frame.depth[c] = depth
+                sensor = tables.contact_touch[c]
+                if sensor >= 0:
+                    touch[sensor] = vmax(touch[sensor], depth)
+                if any_lane(depth >= -reach):
+                    near[count] = c
+                    count += 1
+                    lever = rotate_row(frame.rotation, k, tables.contact_offset, c)
+                    lever = (lever[0], lever[1], lever[2] - tables.contact_radius[c])
+                    set3(frame.contact_arm, c, add(get3(frame.arm, k), lever))
+                    set3(frame.contact_drive, c, add(
+                        get3(frame.drive, k), cross(get3(frame.drive_spin, k), lever)))
+                else:
+                    _forget(layout, state, c)
         else:
-            state.press[c] = splat(layout, 0.0)
-            state.press_first[c] = splat(layout, 0.0)
-            state.slide_x[c] = splat(layout, 0.0)
-            state.slide_y[c] = splat(layout, 0.0)
+            for c in range(first, last):
+                _forget(layout, state, c)
     return count
+
+
+@inlined
+def _depth(frame, tables, k, c, height):
+    """Return how far sphere c of link k, whose centre of mass is at `height`, is in the floor."""
+    offset = row3(tables.contact_offset, c)
+    up = fma(frame.rotation[k, 8], offset[2], fma(
+        frame.rotation[k, 7], offset[1], frame.rotation[k, 6] * offset[0]))
+    return tables.contact_radius[c] - (height + up)
+
+
+@inlined
+def _forget(layout, state, c):
+    """Drop the impulses of a contact that no lane has."""
+    state.press[c] = splat(layout, 0.0)
+    state.press_first[c] = splat(layout, 0.0)
+    state.slide_x[c] = splat(layout, 0.0)
+    state.slide_y[c] = splat(layout, 0.0)
 
 
 @inlined

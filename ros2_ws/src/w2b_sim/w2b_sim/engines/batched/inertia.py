@@ -17,7 +17,7 @@ joint is the momentum of all that it moves, turning at 1 rad/s.
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import add, add_scaled, cross, dot, get3, inlined, rotate, \
+from w2b_sim.engines.batched.algebra import add, add_scaled, cross, dot, get3, inlined, rotate_row, \
     scale, sub, tri
 from w2b_sim.engines.batched.contacts import V_X, V_Y, V_Z, W_X, W_Y, W_Z
 from w2b_sim.engines.batched.simd import fma, splat
@@ -74,9 +74,7 @@ def _add_link(layout, tables, state, frame, composite, k, row, base_mass, impuls
     for i in range(2):
         if tables.inertia_along[k, i] != 0.0:
             along = factor * tables.inertia_along[k, i]
-            n = rotate(frame.rotation, k, (tables.inertia_axes[k, i, 0],
-                                           tables.inertia_axes[k, i, 1],
-                                           tables.inertia_axes[k, i, 2]))
+            n = rotate_row(frame.rotation, k, tables.inertia_axes, 2 * k + i)
             weighted = scale(n, along)
             ixx = fma(weighted[0], n[0], ixx)
             iyy = fma(weighted[1], n[1], iyy)

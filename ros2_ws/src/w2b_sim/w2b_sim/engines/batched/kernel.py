@@ -227,8 +227,9 @@ def _servo(layout, tables, clock, state, frame, parameters, shake, j):
         rate = (state.target[j] - angle) * (tables.gain[j] * parameters[GAIN])
         rate = vmin(vmax(rate, -tables.speed_down[j]), tables.speed_up[j]) + shake[j]
         # A kinematic joint has no stops to run into: it is never driven past its limits.
-        rate = vmin(rate, vmax((tables.upper[j] - angle) / clock.h, 0.0))
-        frame.rate[j] = vmax(rate, vmin((tables.lower[j] - angle) / clock.h, 0.0))
+        per_h = 1.0 / clock.h
+        rate = vmin(rate, vmax((tables.upper[j] - angle) * per_h, 0.0))
+        frame.rate[j] = vmax(rate, vmin((tables.lower[j] - angle) * per_h, 0.0))
 
 
 @inlined

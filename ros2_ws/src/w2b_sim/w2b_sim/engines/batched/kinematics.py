@@ -17,8 +17,8 @@ the lever `arm` r_k = r_p + a_p - a_c, plus what the same recursion gives with t
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import add, add_scaled, cross, get3, inlined, rotate, row3, \
-    scale, set3, sub
+from w2b_sim.engines.batched.algebra import add, add_scaled, cross, get3, inlined, \
+    rotate_row, scale, set3, sub
 from w2b_sim.engines.batched.functions import arctan
 from w2b_sim.engines.batched.simd import fma
 
@@ -70,10 +70,10 @@ def drives(layout, tables, state, frame, erp_per_h):
     """
     for k in range(1, layout.links):
         p = tables.parent[k]
-        axis = rotate(frame.rotation, p, row3(tables.axis, k))
-        parent_arm = rotate(frame.rotation, p, row3(tables.anchor_parent, k))
-        child_arm = rotate(frame.rotation, k, row3(tables.anchor_child, k))
-        own_axis = rotate(frame.rotation, k, row3(tables.axis, k))
+        axis = rotate_row(frame.rotation, p, tables.axis, k)
+        parent_arm = rotate_row(frame.rotation, p, tables.anchor_parent, k)
+        child_arm = rotate_row(frame.rotation, k, tables.anchor_child, k)
+        own_axis = rotate_row(frame.rotation, k, tables.axis, k)
         parent_spin = get3(frame.drive_spin, p)
         spin = sub(parent_spin, scale(cross(axis, own_axis), erp_per_h))
         if tables.dynamic[k - 1] < 0:

@@ -33,8 +33,12 @@ class Tables(NamedTuple):
     `axis` and `anchor_parent` (from the parent's centre of mass to the hinge). `anchor_child`
     points from the link's centre of mass to its hinge; `rest` (L, 3) from the base's centre to
     the link's in the rest pose. A link's inertia tensor is `inertia` * 1 + sum over two axes n
-    of `inertia_along` * n n^T. `contact_offset` points from the link's centre of mass to a
-    sphere's centre. `dynamic` (J,) numbers the joints that are unknowns of the solve, outer ones
+    of `inertia_along` * n n^T, n in the rows 2 k and 2 k + 1 of `inertia_axes`.
+
+    Spheres `contact_first[k]` to `contact_first[k + 1]` - 1 belong to link k, no point of which is
+    farther than `extent[k]` from its centre of mass; `contact_offset` points from there to a
+    sphere's centre. Vectors that are rotated have a fourth entry, see `algebra.rotate_row`.
+    `dynamic` (J,) numbers the joints that are unknowns of the solve, outer ones
     first, -1 for others; `dynamic_link` lists the links they move. `chain_of` (L, chain) lists, for
     each link, the `chain_length` dynamic joints that move it, outer ones first.
     """
@@ -59,6 +63,8 @@ class Tables(NamedTuple):
     dynamic_link: NDArray[np.int64]
     chain_of: NDArray[np.int64]
     chain_length: NDArray[np.int64]
+    extent: NDArray[Any]
+    contact_first: NDArray[np.int64]
     contact_link: NDArray[np.int64]
     contact_offset: NDArray[Any]
     contact_radius: NDArray[Any]
@@ -126,7 +132,8 @@ def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody
             joint, links, rest, origins, moves[k], world)))
         for k, joint in enumerate(body.joints)], dtype=bool)
     tables = Tables(
-        parent, axis, anchor_parent, -centres, rest - rest[0],
+        parent, _with_column(axis), _with_column(anchor_parent), _with_column(-centres),
+        rest - rest[0],
         np.array([link.mass_kg for link in links]),
         *_inertias(links),
         *(np.array(values, dtype=np.float64) for values in zip(*(
@@ -243,12 +250,26 @@ def _inertias(links: Sequence[Link]) -> tuple[NDArray[np.float64], ...]:
         if abs(along[-1][0]) < 1e-12 * values[1]:
             along[-1], axes[-1] = along[-1][::-1], axes[-1][::-1]
         along[-1] = np.where(np.abs(along[-1]) < 1e-12 * values[1], 0.0, along[-1])
-    return np.array(common), np.array(along), np.array(axes)
+    return np.array(common), np.array(along), _with_column(np.array(axes).reshape(-1, 3))
+
+
+def _with_column(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, 4): the vectors and the number of their only element that is not zero, or -1."""
+    tiny = 1e-12 * np.abs(vectors).max(axis=1, initial=1.0, keepdims=True)
+    vectors = np.where(np.abs(vectors) < tiny, 0.0, vectors)
+    single = np.count_nonzero(vectors, axis=1) <= 1
+    column = np.where(single, np.abs(vectors).argmax(axis=1), -1.0)
+    return np.column_stack([vectors, column])
 
 
 def _contacts(links: Sequence[Link], touch_links: tuple[str, ...]
-              ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Return link, offset, radius and touch number of the spheres that can meet the floor."""
+              ) -> tuple[NDArray[Any], ...]:
+    """
+    Return the spheres that can meet the floor, link by link.
+
+    Extent of each link, number of its first sphere, and the spheres' links, offsets, radii and
+    touch sensors.
+    """
     found: list[tuple[int, NDArray[np.float64], float, int]] = []
     for k, link in enumerate(links):
         touch = touch_links.index(link.name) if link.name in touch_links else -1
@@ -263,8 +284,11 @@ def _contacts(links: Sequence[Link], touch_links: tuple[str, ...]
         else:
             found.append((k, np.zeros(3), shape.radius_m, touch))
     link_numbers, offsets, radii, touches = zip(*found, strict=True)
-    return (np.array(link_numbers), np.array(offsets), np.array(radii, dtype=np.float64),
-            np.array(touches))
+    numbers, radius = np.array(link_numbers), np.array(radii, dtype=np.float64)
+    reach = np.linalg.norm(offsets, axis=1) + radius
+    extent = np.array([reach[numbers == k].max() for k in range(len(links))])
+    return (extent, np.searchsorted(numbers, np.arange(len(links) + 1)), numbers,
+            _with_column(np.array(offsets)), radius, np.array(touches))
 
 
 def _sensors(body: Body, touch_links: tuple[str, ...]

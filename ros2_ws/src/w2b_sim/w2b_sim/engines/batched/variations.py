@@ -104,6 +104,6 @@ class Variations:
 
 LIMITS = {
     'slip_m_per_n_s': (0.0, 1e3), 'friction': (0.0, np.inf), 'erp': (0.0, 1.0),
-    'gravity_m_s2': (-1e3, 0.0), 'base_mass_scale': (1e-3, 1e3), 'touch_gap_m': (0.0, 1.0),
+    'gravity_m_s2': (-1e3, 0.0), 'base_mass_scale': (1e-3, 1e3), 'touch_gap_m': (0.0, 0.02),
     'touch_flip_probability': (0.0, 1.0), 'push_m_s': (0.0, 1e3), 'servo_gain_scale': (0.0, 1e3),
     'motor_noise_rad_s': (0.0, 1e3), 'seed': (0.0, 2.0**53), 'height_m': (-1e3, 1e3)}

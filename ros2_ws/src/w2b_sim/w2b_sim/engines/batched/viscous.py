@@ -29,6 +29,9 @@ from w2b_sim.engines.batched.contacts import CONTACT_GAP_M
 from w2b_sim.engines.batched.rigid import about_centre, drive_of, set_contacts, set_solution
 from w2b_sim.engines.batched.simd import fma, splat, vmax, where
 
+#: Of Gauss-Seidel: the same solution, and after 4 + 6 sweeps a third of the error of 1.0.
+OVER_RELAXATION = 1.2
+
 
 @inlined
 def solve_viscous(layout, state, frame, composite, contacts, near, count, erp_per_h, h_per_slip,
@@ -112,7 +115,8 @@ def _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz,
 
     `contacts.impulse` is in units of the velocity it gives its own contact, m/s, which keeps the
     chain of dependent operations of one visit short: a change of it changes that velocity by the
-    same amount, and the body's by `contacts.normal` times it.
+    same amount, and the body's by `contacts.normal` times it. Each visit overshoots by
+    `OVER_RELAXATION`, which `contacts.lever` has as a factor already.
     """
     for q in range(count):
         x, y = contacts.arm[q, 0], contacts.arm[q, 1]
@@ -127,11 +131,14 @@ def _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz,
         contacts.normal[q, 3] = inverse
         contacts.impulse[q] = impulse * own
         vz, wx, wy = fma(inverse_mass, impulse, vz), fma(gx, impulse, wx), fma(gy, impulse, wy)
+        contacts.lever[q, 0] = y * -OVER_RELAXATION
+        contacts.lever[q, 1] = x * OVER_RELAXATION
+        contacts.lever[q, 2] = contacts.target[q] * OVER_RELAXATION
     for _ in range(sweeps):
         for q in range(count):
-            x, y = contacts.arm[q, 0], contacts.arm[q, 1]
-            missing = fma(x, wy, fma(-y, wx, contacts.target[q] - vz))
-            change = vmax(missing, -contacts.impulse[q])
+            missing = fma(contacts.lever[q, 0], wx, fma(-OVER_RELAXATION, vz,
+                                                        contacts.lever[q, 2]))
+            change = vmax(fma(contacts.lever[q, 1], wy, missing), -contacts.impulse[q])
             contacts.impulse[q] = contacts.impulse[q] + change
             vz = fma(contacts.normal[q, 0], change, vz)
             wx = fma(contacts.normal[q, 1], change, wx)
