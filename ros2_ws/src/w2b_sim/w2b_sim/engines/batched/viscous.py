@@ -26,7 +26,8 @@ from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.contacts import CONTACT_GAP_M
-from w2b_sim.engines.batched.rigid import about_centre, drive_of, set_contacts, set_solution
+from w2b_sim.engines.batched.rigid import NO_FLOOR, about_centre, drive_of, \
+    set_contacts, set_solution
 from w2b_sim.engines.batched.simd import fma, splat, vmax, where
 
 #: Of Gauss-Seidel: the same solution, and after 4 + 6 sweeps a third of the error of 1.0.
@@ -113,36 +114,53 @@ def _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz,
     """
     Find the normal impulses by projected Gauss-Seidel; return v_z, w_x, w_y with them.
 
-    `contacts.impulse` is in units of the velocity it gives its own contact, m/s, which keeps the
-    chain of dependent operations of one visit short: a change of it changes that velocity by the
-    same amount, and the body's by `contacts.normal` times it. Each visit overshoots by
-    `OVER_RELAXATION`, which `contacts.lever` has as a factor already.
+    A visit is a chain of dependent operations, whose latency bounds the whole engine. To keep it
+    short, `contacts.impulse` is in units of the velocity it gives its own contact, m/s: a change of
+    it changes the body's velocity by `contacts.normal` times it. `contacts.lever` has the factor of
+    over-relaxation in it. And what the next contact lacks is worked out from the velocity before
+    the present visit, less `contacts.coupling` times the present change.
     """
+    if count == 0:
+        return vz, wx, wy
     for q in range(count):
         x, y = contacts.arm[q, 0], contacts.arm[q, 1]
         gx = fma(gxx, y, -(gxy * x))
         gy = fma(gxy, y, -(gyy * x))
         own = fma(y, gx, fma(-x, gy, inverse_mass))
         inverse = 1.0 / own
-        impulse = where(contacts.target[q] > -1e29, start[near[q]], 0.0)
+        impulse = where(contacts.target[q] > 0.1 * NO_FLOOR, start[near[q]], 0.0)
         contacts.normal[q, 0] = inverse_mass * inverse
         contacts.normal[q, 1] = gx * inverse
         contacts.normal[q, 2] = gy * inverse
         contacts.normal[q, 3] = inverse
-        contacts.impulse[q] = impulse * own
-        vz, wx, wy = fma(inverse_mass, impulse, vz), fma(gx, impulse, wx), fma(gy, impulse, wy)
         contacts.lever[q, 0] = y * -OVER_RELAXATION
         contacts.lever[q, 1] = x * OVER_RELAXATION
         contacts.lever[q, 2] = contacts.target[q] * OVER_RELAXATION
+        contacts.impulse[q] = impulse * own
+        vz, wx, wy = fma(inverse_mass, impulse, vz), fma(gx, impulse, wx), fma(gy, impulse, wy)
+    for q in range(count):
+        ahead = q + 1 if q + 1 < count else 0
+        contacts.coupling[q] = fma(contacts.lever[ahead, 0], contacts.normal[q, 1], fma(
+            contacts.lever[ahead, 1], contacts.normal[q, 2],
+            contacts.normal[q, 0] * -OVER_RELAXATION))
+    missing = _missing(contacts, 0, vz, wx, wy)
     for _ in range(sweeps):
         for q in range(count):
-            missing = fma(contacts.lever[q, 0], wx, fma(-OVER_RELAXATION, vz,
-                                                        contacts.lever[q, 2]))
-            change = vmax(fma(contacts.lever[q, 1], wy, missing), -contacts.impulse[q])
+            ahead = q + 1 if q + 1 < count else 0
+            then = _missing(contacts, ahead, vz, wx, wy)
+            change = vmax(missing, -contacts.impulse[q])
             contacts.impulse[q] = contacts.impulse[q] + change
             vz = fma(contacts.normal[q, 0], change, vz)
             wx = fma(contacts.normal[q, 1], change, wx)
             wy = fma(contacts.normal[q, 2], change, wy)
+            missing = fma(contacts.coupling[q], change, then)
     for q in range(count):
         start[near[q]] = contacts.impulse[q] * contacts.normal[q, 3]
     return vz, wx, wy
+
+
+@inlined
+def _missing(contacts, q, vz, wx, wy):
+    """Return the velocity that contact q lacks, with over-relaxation."""
+    return fma(contacts.lever[q, 1], wy, fma(contacts.lever[q, 0], wx, fma(
+        -OVER_RELAXATION, vz, contacts.lever[q, 2])))
