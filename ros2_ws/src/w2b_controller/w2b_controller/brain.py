@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from w2b_controller import node_help
 from w2b_controller.ros_process import run
 
 if TYPE_CHECKING:
     from w2b_controller.brain_node import BrainNode
+
+ABOUT = """
+The brain: hears words on `command` (std_msgs/String), primes its network with their vectors, and
+answers every sensor frame (`joint_states`, `contacts`) with joint targets (`joint_trajectory`).
+A lifecycle node; it stands until the first word. Speak to it with `ros2 run w2b_controller say`.
+"""
 
 
 def make() -> BrainNode:
@@ -21,4 +28,8 @@ def make() -> BrainNode:
 
 def main() -> int:
     """Run the brain until a signal; return the exit code."""
+    if node_help.asked():
+        from w2b_controller.brain_node import PARAMETERS
+        print(node_help.text('w2b_controller', 'brain', ABOUT, PARAMETERS))
+        return 0
     return run(make)

@@ -4,10 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from w2b_controller import node_help
 from w2b_controller.ros_process import run
 
 if TYPE_CHECKING:
     from w2b_hw.hardware_node import HardwareNode
+
+ABOUT = """
+The robot: twelve servos on a PCA9685 and an IMU. Takes joint targets (`joint_trajectory`), sends
+sensor frames (`joint_states`, `imu/...`) every 50 ms. Nothing moves before `~/arm`
+(std_srvs/Trigger); `~/disarm` parks, `~/emergency_stop` cuts all pulses.
+With `-p transport:=emulated` it needs no hardware.
+"""
 
 
 def make() -> HardwareNode:
@@ -21,6 +29,10 @@ def make() -> HardwareNode:
 
 def main() -> int:
     """Run the node until a signal; the servos are off when it ends."""
+    if node_help.asked():
+        from w2b_hw.hardware_node import PARAMETERS
+        print(node_help.text('w2b_hw', 'hardware', ABOUT, PARAMETERS))
+        return 0
     return run(make)
 
 

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from w2b_controller import node_help
 from w2b_controller.ros_process import run
 
 if TYPE_CHECKING:
     from w2b_sim.sim_node import SimNode
+
+ABOUT = """
+A simulated body in PyBullet: sends sensor frames (`joint_states`, `contacts`, `odom`, `/clock`) and
+takes joint targets (`joint_trajectory`). Services: `~/reset` (std_srvs/Trigger) puts the body back
+to its start, `~/pause` (std_srvs/SetBool) stops the clock.
+"""
 
 
 def make() -> SimNode:
@@ -18,4 +25,8 @@ def make() -> SimNode:
 
 def main() -> int:
     """Run the simulation until a signal; return the exit code."""
+    if node_help.asked():
+        from w2b_sim.sim_node import PARAMETERS
+        print(node_help.text('w2b_sim', 'sim', ABOUT, PARAMETERS))
+        return 0
     return run(make)
