@@ -82,8 +82,12 @@ class Rig:
         """Whether no channel at all puts out a pulse."""
         return not any(self.chips.pca9685.pulses_us())
 
-    def judge(self) -> None:
-        """Compare every state of the pins since the last look with what they were then."""
+    def judge(self, confirmed: bool) -> None:
+        """
+        Compare every state of the pins since the last pose that was sent with that pose.
+
+        A pose that was not confirmed may have reached some channels; it is no pose to go by.
+        """
         history = self.chips.pca9685.history
         shown = self._shown
         while history:
@@ -98,7 +102,8 @@ class Rig:
             energised = sum(map(bool, shown)) - sum(map(bool, self._shown))
             if energised > 1:
                 raise PulseError(f'{energised} servos energised at once')
-        self._shown, self._shown_at_s = shown, self.now_s
+        if confirmed or not any(shown):
+            self._shown, self._shown_at_s = shown, self.now_s
 
     def _judge_pulses(self, shown: tuple[float, ...], elapsed_s: float) -> None:
         slew_rad_s = self.robot.safety.limits.slew_rad_s
@@ -157,7 +162,7 @@ class Rig:
 
     def _after(self, report: Report) -> None:
         self.report = report
-        self.judge()
+        self.judge(confirmed=report.bus_error is None)
         if report.state not in DRIVEN and report.off_confirmed:
             self.armed = False
 

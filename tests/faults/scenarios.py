@@ -232,7 +232,7 @@ def live_chip() -> Outcome:
         # The same chips, set up once more, as by the next process after a crash.
         rig.wire.before_transfer(2, lambda: _assert(rig.off()))
         rig.robot.connect()
-        rig.judge()
+        rig.judge(confirmed=True)
         assert rig.off()
     return Outcome(0, 0)
 
@@ -256,7 +256,7 @@ def crash_mid_update() -> Outcome:
                     if len(new) > 4:
                         break
             except CrashError:
-                rig.judge()
+                rig.judge(confirmed=False)
                 changed = sum(a != b for a, b in zip(old, rig.pulses(), strict=True))
                 assert new or changed in (0, *range(9, 13)), 'a pose of which half was sent'
     return Outcome(0, 0)

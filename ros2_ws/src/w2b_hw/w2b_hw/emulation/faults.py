@@ -72,6 +72,12 @@ class FaultyTransport:
         """Spoil every transfer from now on; None ends that."""
         self._always = fault
 
+    def clear(self) -> None:
+        """Spoil nothing any more."""
+        self._planned.clear()
+        self._before.clear()
+        self._always = None
+
     @property
     def planned(self) -> int:
         """Number of planned faults that have not struck yet."""
