@@ -117,11 +117,9 @@ def _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz,
     A visit is a chain of dependent operations, whose latency bounds the whole engine. To keep it
     short, `contacts.impulse` is in units of the velocity it gives its own contact, m/s: a change of
     it changes the body's velocity by `contacts.normal` times it. `contacts.lever` has the factor of
-    over-relaxation in it. And what the next contact lacks is worked out from the velocity before
-    the present visit, less `contacts.coupling` times the present change.
+    over-relaxation in it. A contact that a lane does not have is visited without any effect: which
+    contacts the neighbours have changes no bit.
     """
-    if count == 0:
-        return vz, wx, wy
     for q in range(count):
         x, y = contacts.arm[q, 0], contacts.arm[q, 1]
         gx = fma(gxx, y, -(gxy * x))
@@ -138,29 +136,15 @@ def _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz,
         contacts.lever[q, 2] = contacts.target[q] * OVER_RELAXATION
         contacts.impulse[q] = impulse * own
         vz, wx, wy = fma(inverse_mass, impulse, vz), fma(gx, impulse, wx), fma(gy, impulse, wy)
-    for q in range(count):
-        ahead = q + 1 if q + 1 < count else 0
-        contacts.coupling[q] = fma(contacts.lever[ahead, 0], contacts.normal[q, 1], fma(
-            contacts.lever[ahead, 1], contacts.normal[q, 2],
-            contacts.normal[q, 0] * -OVER_RELAXATION))
-    missing = _missing(contacts, 0, vz, wx, wy)
     for _ in range(sweeps):
         for q in range(count):
-            ahead = q + 1 if q + 1 < count else 0
-            then = _missing(contacts, ahead, vz, wx, wy)
+            missing = fma(contacts.lever[q, 1], wy, fma(contacts.lever[q, 0], wx, fma(
+                -OVER_RELAXATION, vz, contacts.lever[q, 2])))
             change = vmax(missing, -contacts.impulse[q])
             contacts.impulse[q] = contacts.impulse[q] + change
             vz = fma(contacts.normal[q, 0], change, vz)
             wx = fma(contacts.normal[q, 1], change, wx)
             wy = fma(contacts.normal[q, 2], change, wy)
-            missing = fma(contacts.coupling[q], change, then)
     for q in range(count):
         start[near[q]] = contacts.impulse[q] * contacts.normal[q, 3]
     return vz, wx, wy
-
-
-@inlined
-def _missing(contacts, q, vz, wx, wy):
-    """Return the velocity that contact q lacks, with over-relaxation."""
-    return fma(contacts.lever[q, 1], wy, fma(contacts.lever[q, 0], wx, fma(
-        -OVER_RELAXATION, vz, contacts.lever[q, 2])))
