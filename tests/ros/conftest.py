@@ -52,6 +52,7 @@ def environment(installed) -> dict[str, str]:
     profile = installed / 'w2b_controller' / 'share' / 'w2b_controller' / 'config' / \
         'quick_discovery.xml'
     return {**sourced, 'W2B_INSTALL': str(installed), 'PYTHONUNBUFFERED': '1',
+            'PYTHONFAULTHANDLER': '1',
             'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
             'FASTRTPS_DEFAULT_PROFILES_FILE': str(profile)}
 

@@ -245,8 +245,9 @@ class System:
             try:
                 codes.append(process.stop())
             except subprocess.TimeoutExpired:
-                process.kill()
-                codes.append('did not end')
+                # With PYTHONFAULTHANDLER set its log then tells where it hangs.
+                process.send(signal.SIGABRT)
+                codes.append(process.wait())
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)

@@ -8,11 +8,13 @@ module imports ROS only when it runs, so that the flag is there while slow impor
 
 from __future__ import annotations
 
+import faulthandler
+import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
 from types import FrameType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NoReturn, Protocol
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 #: How often the flag is looked at: a signal does not wake the executor.
 POLL_S = 0.1
+#: Leaving the middleware takes a tenth of that; after it the process ends with the stack printed.
+LONGEST_END_S = 5.0
 
 
 class StartError(ValueError):
@@ -47,56 +51,61 @@ class StopFlag:
         for number in SIGNALS:
             signal.signal(number, self._on_signal)
 
-    @staticmethod
-    def retire() -> None:
-        """Ignore the signals from now on: at its end Python would give them their old meaning."""
-        # One that came in the very moment of the change would make Python complain.
-        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
-        for number in SIGNALS:
-            signal.signal(number, signal.SIG_IGN)
-
     def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
         self.requested = True
 
 
-def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> NoReturn:
     """
-    Run the node that `make_node` builds until a signal or its own end; return the exit code.
+    Run the node that `make_node` builds until a signal or its own end; then end the process.
 
-    The node is an `rclpy.node.Node` with what `RunnableNode` asks for.
+    The node is an `rclpy.node.Node` with what `RunnableNode` asks for. The exit code is 0 after a
+    signal, the node's own if it wants to end, and 1 if it cannot start.
     """
     stop = StopFlag()
     stop.install()
     import rclpy
-    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.exceptions import NameValidationException, ParameterException
     from rclpy.impl.implementation_singleton import rclpy_implementation
     from rclpy.signals import SignalHandlerOptions
+    code = 1
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except rclpy_implementation.RCLError as error:
-        print(f'error: {_one_line(error)}', file=sys.stderr)
-        return 1
-    node = None
+        code = _spin(make_node, stop)
+    except (StartError, ParameterException, NameValidationException,
+            rclpy_implementation.RCLError) as error:
+        print(f'error: {" ".join(str(error).split())}', file=sys.stderr)
+    _end_soon()
+    rclpy.try_shutdown()
+    leave(code)
+
+
+def _spin(make_node: Callable[[], Node], stop: StopFlag) -> int:
+    from rclpy.executors import SingleThreadedExecutor
+    node = make_node()
     try:
-        node = make_node()
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while not stop.requested and node.exit_code is None:
             executor.spin_once(timeout_sec=POLL_S)
         return node.exit_code or 0
-    except (StartError, rclpy.exceptions.ParameterException,
-            rclpy.exceptions.NameValidationException) as error:
-        print(f'error: {_one_line(error)}', file=sys.stderr)
-        return 1
     finally:
-        if node is not None:
-            try:
-                node.close()
-            finally:
-                node.destroy_node()
-        rclpy.try_shutdown()
-        stop.retire()
+        node.close()
+        _end_soon()
+        node.destroy_node()
 
 
-def _one_line(error: Exception) -> str:
-    return ' '.join(str(error).split())
+def _end_soon() -> None:
+    """Bound the time to leave the middleware: nothing else depends on this process any more."""
+    faulthandler.dump_traceback_later(LONGEST_END_S, exit=True)
+
+
+def leave(code: int) -> NoReturn:
+    """
+    End the process now, without the destructors of Python and of the middleware.
+
+    Those take their time, in rare cases for ever, and a signal that comes meanwhile kills.
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

@@ -136,7 +136,6 @@ def main() -> int:
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-        stop.retire()
     if options.json:
         print(as_json(answer))
         return FOLLOWED if answer.level[0] < 2 else REFUSED
