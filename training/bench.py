@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--body', action='append', choices=bodies.names(), default=None,
                         help='only this one; may be given several times')
     parser.add_argument('--prototype', type=Path, default=None, metavar='LIBRARY.so',
-                        help="the C++ prototype, built with single precision, beside the engines")
+                        help='the C++ prototype, built with single precision, beside the engines')
 
 
 def main(args: argparse.Namespace) -> int:
@@ -155,7 +155,7 @@ def against_prototype(library: Path) -> dict[str, float]:
     """Race the engine against the C++ prototype on the quadruped, both from words already heard."""
     evaluate = ctypes.CDLL(str(library.resolve())).kin_batch
     body = bodies.get('quadruped')
-    network, words = _workload(body)
+    network, _words = _workload(body)
     count = CONTROLLERS * WORDS
     hidden, motor = (np.ascontiguousarray(np.repeat(weights, WORDS, axis=0)) for weights in
                      (network.hidden_weights, network.motor_weights))

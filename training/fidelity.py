@@ -1,10 +1,11 @@
 """
 How closely an engine repeats recorded evaluations: `python -m training fidelity --traces FILE.npz`.
 
-Contact is chaotic, so an engine cannot follow a recording for all its 25 s: it agrees when its error
-is no larger than the recording's own after a nudge of 1e-6 m, the noise floor. Per body: median and
-90th percentile of the error of the final x-y displacement, and the rank correlation of final x with
-the recording's, each with the floor's beside it; and the share of time in which the feet touch.
+Contact is chaotic, so an engine cannot follow a recording for all its 25 s: it agrees when its
+error is no larger than the recording's own after a nudge of 1e-6 m, the noise floor. Per body:
+median and 90th percentile of the error of the final x-y displacement, and the rank correlation of
+final x with the recording's, each with the floor's beside it; and the share of time in which the
+feet touch.
 
 The bounds are those of the batched engine in double precision: median error at most twice the
 floor's plus 5 mm, rank correlation at least the floor's less 0.05. PyBullet, whose friction is
@@ -91,7 +92,8 @@ def _replay_in_pybullet(traces: Traces, steps: int) -> tuple[Array, float | None
 
     body, network = traces.body, traces.network
     controllers, words = traces.hidden.shape[:2]
-    moved, touches = np.zeros((controllers, words, 2)), []
+    moved = np.zeros((controllers, words, 2))
+    touches: list[bool] = []
     simulation = PyBulletSimulation(body, PAPER)
     try:
         for c, w in np.ndindex(controllers, words):

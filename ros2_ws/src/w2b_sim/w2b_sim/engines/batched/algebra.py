@@ -1,6 +1,8 @@
-"""Vector algebra on SIMD values: 3-vectors are tuples, symmetric matrices packed lower triangles."""
+"""Vector algebra on SIMD values: 3-vectors are tuples, symmetric matrices packed triangles."""
 
 from __future__ import annotations
+
+from typing import Any
 
 from numba import njit
 
@@ -8,7 +10,7 @@ from w2b_sim.engines.batched.simd import fma
 
 #: For every function that becomes a part of the one compiled call, and so needs no way in from
 #: Python. Division by zero gives infinity, as IEEE says, instead of an exception.
-INLINED = {'forceinline': True, 'error_model': 'numpy', 'no_cpython_wrapper': True,
+INLINED: Any = {'forceinline': True, 'error_model': 'numpy', 'no_cpython_wrapper': True,
            'no_cfunc_wrapper': True}
 inlined = njit(**INLINED)
 

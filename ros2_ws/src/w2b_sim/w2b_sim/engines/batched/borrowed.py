@@ -2,8 +2,8 @@
 Borrowed views of numpy arrays, and small integer lists, for the inside of the compiled call.
 
 numba counts references to arrays wherever they are passed or sliced, with calls that evict all
-vector registers. A `View` is a bare pointer with its inner sizes: the arrays belong to the caller of
-the compiled call, who keeps them alive.
+vector registers. A `View` is a bare pointer with its inner sizes: the arrays belong to the caller
+of the compiled call, who keeps them alive.
 """
 
 from __future__ import annotations
@@ -14,8 +14,13 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, \
-    infer_global, signature
+from numba.core.typing.templates import (
+    AbstractTemplate,
+    AttributeTemplate,
+    infer_getattr,
+    infer_global,
+    signature,
+)
 from numba.extending import intrinsic, lower_builtin, lower_getattr, models, register_model
 
 from w2b_sim.engines.batched.simd import I64

@@ -13,7 +13,8 @@ import hashlib
 import logging
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -24,11 +25,12 @@ from numba import njit
 from numba.core import config
 
 from w2b_sim.engines.batched import kernel
-from w2b_sim.engines.batched.simd import Layout
+from w2b_sim.engines.batched.layout import Layout
 
 logger = logging.getLogger(__name__)
 
 
+@lru_cache(maxsize=1)
 def cache_folder() -> Path | None:
     """Return the folder for machine code, made if need be; None if none can be written."""
     home = os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'
@@ -59,12 +61,13 @@ def compiled_evaluate() -> Any:
     dispatcher = njit(nogil=True, error_model='numpy')(kernel.evaluate)
     folder = cache_folder()
     if folder is not None:
-        before = config.CACHE_DIR
-        config.CACHE_DIR = str(folder)
+        settings: Any = config
+        before = settings.CACHE_DIR
+        settings.CACHE_DIR = str(folder)
         try:
             dispatcher.enable_caching()
         finally:
-            config.CACHE_DIR = before
+            settings.CACHE_DIR = before
     return dispatcher
 
 
@@ -85,14 +88,27 @@ def lanes_for(bits: int) -> int:
     return register_bits // bits
 
 
-_announced: set[Layout] = set()
+@contextmanager
+def announced(layout: Layout, say: Callable[[str], None] | None) -> Iterator[None]:
+    """Tell before the first call with a layout that it compiles, if its code is not kept yet."""
+    folder = cache_folder()
+    kept = None if folder is None else folder / f'{_name(layout)}.compiled'
+    if layout not in _compiled and (kept is None or not kept.exists()):
+        (say or logger.info)(
+            f'compiling the batched engine once for {layout.links} links, {layout.bits} bits, '
+            f'{layout.lanes} lanes (some seconds)')
+    yield
+    if layout not in _compiled:
+        _compiled.add(layout)
+        if kept is not None:
+            with suppress(OSError):
+                kept.touch()
 
 
-def announce(layout: Layout, say: Callable[[str], None] | None) -> None:
-    """Tell, once for a layout, that code is being compiled if it is not kept already."""
-    if layout in _announced:
-        return
-    _announced.add(layout)
-    message = (f'compiling the batched engine once for {layout.links} links, {layout.bits} bits, '
-               f'{layout.lanes} lanes (some seconds)')
-    (say or logger.info)(message)
+_compiled: set[Layout] = set()
+
+
+def _name(layout: Layout) -> str:
+    """Return a file name for a layout on this processor."""
+    processor = llvmlite.binding.get_host_cpu_name()
+    return hashlib.sha256(f'{processor} {layout}'.encode()).hexdigest()[:16]

@@ -6,8 +6,7 @@ The base's velocity, world axes, stands in the order v_x, v_y, w_z, v_z, w_x, w_
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import add, cross, get3, inlined, rotate_row, row3, \
-    set3, sub
+from w2b_sim.engines.batched.algebra import add, cross, get3, inlined, rotate_row, row3, set3, sub
 from w2b_sim.engines.batched.simd import any_lane, fma, splat, vmax
 from w2b_sim.engines.batched.tree import BASE
 
@@ -33,9 +32,9 @@ def find(layout, tables, state, frame, touch, near, reach):
     """
     Work out depths, the touch sensors' depths and the contacts that some lane has.
 
-    Contacts are spheres within `reach` of the floor. Returns their number; `near` (C,) lists them. A depth needs one row of the rotation matrix;
-    arms and drives are worked out for the contacts in the list alone, and links far above the
-    floor in all lanes are passed over.
+    Contacts are spheres within `reach` of the floor. Returns their number; `near` (C,) lists them.
+    A depth needs one row of the rotation matrix; arms and drives are worked out for the contacts
+    in the list alone, and links far above the floor in all lanes are passed over.
     """
     for sensor in range(layout.touches):
         touch[sensor] = splat(layout, FAR_M)

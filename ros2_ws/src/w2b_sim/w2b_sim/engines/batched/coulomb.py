@@ -5,16 +5,21 @@ Each contact's friction impulse (f_x, f_y) opposes sliding, softened by force-de
 (velocity + (slip / h) impulse = 0) and bounded by Coulomb's cone, |f| <= mu * normal impulse. An
 infinite mu gives the original's unbounded viscous friction, solved in one stage.
 
-About the centre of mass an impulse f at r changes v by f / m and w by I^-1 (r x f), and the contact's
-velocity is v + w x r + drive. Visiting a row therefore takes two products for its velocity and four
-for the answer of the body.
+About the centre of mass an impulse f at r changes v by f / m and w by I^-1 (r x f), and the
+contact's velocity is v + w x r + drive. Visiting a row therefore takes two products for its
+velocity and four for the answer of the body.
 """
 
 from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import inlined
-from w2b_sim.engines.batched.rigid import NO_FLOOR, about_centre, drive_of, set_contacts, \
-    set_solution
+from w2b_sim.engines.batched.rigid import (
+    NO_FLOOR,
+    about_centre,
+    drive_of,
+    set_contacts,
+    set_solution,
+)
 from w2b_sim.engines.batched.simd import fma, vmax, vmin, vsqrt, where
 
 #: Keeps the direction of a friction impulse of zero defined, (N s)^2.

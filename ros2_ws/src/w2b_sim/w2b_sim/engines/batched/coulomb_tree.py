@@ -1,6 +1,4 @@
-"""
-Dry friction (see `coulomb`) for bodies with torque-limited joints, motors in the same sweeps.
-"""
+"""Dry friction (see `coulomb`) of bodies with torque-limited joints, motors in the same sweeps."""
 
 from __future__ import annotations
 
@@ -15,8 +13,8 @@ from w2b_sim.engines.batched.tree import backward_all, forward_row, row_add, row
 
 
 @inlined
-def solve_coulomb_tree(layout, tables, state, frame, composite, solve, near, count, erp_per_h, slip_per_h,
-                  friction, h, sweeps, reach, per_gap):
+def solve_coulomb_tree(layout, tables, state, frame, composite, solve, near, count, erp_per_h,
+                       slip_per_h, friction, h, sweeps, reach, per_gap):
     """Solve for the velocities of one step; they end in solve.y."""
     fill_base(layout, composite, solve)
     fill_joints(layout, tables, frame, composite, solve)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from w2b_controller.network import Network
 from w2b_sim.bodies.model import Body
 from w2b_sim.engines.batched import kernel
-from w2b_sim.engines.batched.compilation import announce, compiled_evaluate, lanes_for
+from w2b_sim.engines.batched.compilation import announced, compiled_evaluate, lanes_for
 from w2b_sim.engines.batched.contacts import CONTACT_GAP_M, TOUCH_GAP_M
-from w2b_sim.engines.batched.simd import Layout
-from w2b_sim.engines.batched.tables import CompiledBody, UnsupportedBodyError, compile_body
+from w2b_sim.engines.batched.layout import Layout
+from w2b_sim.engines.batched.supported import UnsupportedBodyError
+from w2b_sim.engines.batched.tables import CompiledBody, compile_body
 from w2b_sim.engines.batched.variations import Variations
 from w2b_sim.engines.interface import Evaluation, Start
 from w2b_sim.worlds import World
@@ -97,8 +97,8 @@ class BatchedEngine:
 
     def __init__(self, body: Body, world: World, precision: str = 'double', threads: int = 1, *,
                  friction_law: str = 'world', joints: str = 'auto',
-                 physics_steps: int | None = None, sweeps: tuple[int, int] | None = None, lanes: int | None = None,
-                 say: Callable[[str], None] | None = None) -> None:
+                 physics_steps: int | None = None, sweeps: tuple[int, int] | None = None,
+                 lanes: int | None = None, say: Callable[[str], None] | None = None) -> None:
         if precision not in BITS:
             raise ValueError(f'precision: expected one of {", ".join(BITS)}, got {precision!r}')
         if threads < 1:
@@ -220,17 +220,17 @@ class BatchedEngine:
             for array in (log.place, log.angle, log.touch)))
 
     def _call(self, batch: kernel.Batch, log: kernel.Log, blocks: int) -> None:
-        announce(self.layout, self._say)
         evaluate = compiled_evaluate()
         double = replace(self.layout, bits=64)
         edges = np.linspace(0, blocks, min(self.threads, blocks) + 1).astype(int)
 
         def run(first: int, last: int) -> None:
             evaluate(self.layout, double, self._tables, self._clock, batch, log, first, last)
-        if len(edges) == 2:
-            run(0, blocks)
-            return
-        list(_pool(self.threads).map(run, edges[:-1].tolist(), edges[1:].tolist()))
+        with announced(self.layout, self._say):
+            if len(edges) == 2:
+                run(0, blocks)
+            else:
+                list(_pool(self.threads).map(run, edges[:-1].tolist(), edges[1:].tolist()))
 
     def _check(self, network: Network, signals: Array, starts: Sequence[Start]) -> int:
         layout = self.layout
@@ -253,7 +253,7 @@ class BatchedEngine:
         return int(got[0])
 
     def _starts(self, starts: Sequence[Start], given: dict[str, Array]) -> Array:
-        """Return height and quaternion of each evaluation, (C, W, K, 5): yaw after pitch after roll."""
+        """Return height and quaternion (C, W, K, 5): turned by roll, then pitch, then yaw."""
         def angle(name: str) -> Array:
             return given[name] + np.array([getattr(start, name) for start in starts])
         half = [angle(name) / 2 for name in ('roll_rad', 'pitch_rad', 'yaw_rad')]

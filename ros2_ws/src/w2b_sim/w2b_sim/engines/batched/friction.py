@@ -10,7 +10,7 @@ from numba.extending import overload
 from w2b_sim.engines.batched.algebra import INLINED
 from w2b_sim.engines.batched.coulomb import solve_coulomb
 from w2b_sim.engines.batched.coulomb_tree import solve_coulomb_tree
-from w2b_sim.engines.batched.simd import LayoutType
+from w2b_sim.engines.batched.layout import LayoutType
 from w2b_sim.engines.batched.viscous import solve_viscous
 from w2b_sim.engines.batched.viscous_tree import solve_viscous_tree
 

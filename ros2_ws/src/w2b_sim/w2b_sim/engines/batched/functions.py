@@ -5,7 +5,8 @@ from __future__ import annotations
 from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.simd import fma, is_single, like, power_of_two, vmax, vmin, vround
 
-LN2_HIGH = 6.93147180369123816490e-01  # ln 2 in two parts: whole multiples of the high one are exact
+#: ln 2 in two parts: whole multiples of the high one are exact.
+LN2_HIGH = 6.93147180369123816490e-01
 LN2_LOW = 1.90821492927058770002e-10
 SERIES_TERMS = 20
 PER_LN2 = 1.4426950408889634
@@ -13,7 +14,7 @@ PER_LN2 = 1.4426950408889634
 
 @inlined
 def tanh(x):
-    """Return tanh(x), to a few units in the last place of 1."""
+    """Return the hyperbolic tangent, to a few units in the last place of 1."""
     if is_single(x):
         return _tanh_rational(x)
     return _tanh_exponential(x)
@@ -68,7 +69,7 @@ def _tanh_exponential(x):
 @inlined
 def arctan(x):
     """
-    Return arctan(x), to the last places for |x| up to tan(22.5 degrees).
+    Return the inverse tangent, to the last places for |x| up to tan(22.5 degrees).
 
     In single precision by a polynomial fitted there (error 1e-9), in double by the series.
     """

@@ -1,9 +1,10 @@
 """
 Momentum balance of the whole body: the matrix A and the vector b of the velocity solve.
 
-One step of the original's engine finds velocities that satisfy the hinges and change the momentum by
-the impulses of floor, servos and gravity. The hinges tie all velocities to the base's v, w and to
-the rates of the dynamic joints (see `kinematics`), so the balance projected onto these unknowns x is
+One step of the original's engine finds velocities that satisfy the hinges and change the momentum
+by the impulses of floor, servos and gravity. The hinges tie all velocities to the base's v, w and
+to the rates of the dynamic joints (see `kinematics`), so the balance projected onto these unknowns
+x is
 
     A x = b + J^T (contact and motor impulses)
     A = sum_k J_k^T M_k J_k,    b = sum_k J_k^T (M_k (old velocity_k - drive_k) + h force_k)
@@ -17,8 +18,18 @@ joint is the momentum of all that it moves, turning at 1 rad/s.
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import add, add_scaled, cross, dot, get3, inlined, rotate_row, \
-    scale, sub, tri
+from w2b_sim.engines.batched.algebra import (
+    add,
+    add_scaled,
+    cross,
+    dot,
+    get3,
+    inlined,
+    rotate_row,
+    scale,
+    sub,
+    tri,
+)
 from w2b_sim.engines.batched.contacts import V_X, V_Y, V_Z, W_X, W_Y, W_Z
 from w2b_sim.engines.batched.simd import fma, splat
 

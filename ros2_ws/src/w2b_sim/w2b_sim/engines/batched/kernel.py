@@ -25,7 +25,7 @@ from w2b_sim.engines.batched.rigid import Contacts
 from w2b_sim.engines.batched.rows import Solve
 from w2b_sim.engines.batched.simd import splat, vmax, vmin, vsqrt, where
 from w2b_sim.engines.batched.state import Frame, State, rest
-from w2b_sim.engines.batched.tables import POSITION, TOUCH
+from w2b_sim.engines.batched.supported import POSITION, TOUCH
 
 #: Columns of `Batch.parameters`, what may differ from lane to lane.
 (ERP_PER_H, SLIP, FRICTION, GRAVITY, BASE_MASS, TOUCH_GAP, DELAY, FLIP, PUSH, GAIN,
@@ -194,8 +194,8 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
             drives(layout, tables, state, frame, parameters[ERP_PER_H])
             found = find(layout, tables, state, frame, touch, near, clock.reach)
             if substep == 0:
-                _sense(layout, tables, batch.noisy, batch.seeds, first, t, parameters, state, touch, felt,
-                       senses, outcome)
+                _sense(layout, tables, batch.noisy, batch.seeds, first, t, parameters, state,
+                       touch, felt, senses, outcome)
                 if log.steps > 0:
                     _record(layout, log, first, count, t, state, touch)
                 update(layout, tables, weights, motor_weights, state.hidden, new, state.motors,
@@ -236,7 +236,8 @@ def _servo(layout, tables, clock, state, frame, parameters, shake, j):
 def _shake(layout, seeds, first, t, parameters, shake, shove):
     """Draw this period's motor noise and push."""
     for j in range(layout.joints):
-        shake[j] = noise(layout, seeds, first, t * STREAMS + MOTOR_STREAM + j) * parameters[MOTOR_NOISE]
+        draw = noise(layout, seeds, first, t * STREAMS + MOTOR_STREAM + j)
+        shake[j] = draw * parameters[MOTOR_NOISE]
     for i in range(2):
         shove[i] = noise(layout, seeds, first, t * STREAMS + PUSH_STREAM + i) * parameters[PUSH]
 

@@ -17,8 +17,17 @@ the lever `arm` r_k = r_p + a_p - a_c, plus what the same recursion gives with t
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import add, add_scaled, cross, get3, inlined, \
-    rotate_row, scale, set3, sub
+from w2b_sim.engines.batched.algebra import (
+    add,
+    add_scaled,
+    cross,
+    get3,
+    inlined,
+    rotate_row,
+    scale,
+    set3,
+    sub,
+)
 from w2b_sim.engines.batched.functions import arctan
 from w2b_sim.engines.batched.simd import fma
 

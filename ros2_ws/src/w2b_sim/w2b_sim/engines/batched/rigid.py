@@ -1,5 +1,5 @@
 """
-The momentum balance of a body whose joints are all kinematic: six unknowns, about its centre of mass.
+The momentum balance of a body whose joints are all kinematic, about its centre of mass.
 
 The servos move the links whatever it takes, so the body is rigid but for a motion that is known
 (`drive`): only the velocity (v, w) of its centre of mass remains to be found. There A falls apart,

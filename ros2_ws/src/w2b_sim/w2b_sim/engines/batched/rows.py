@@ -18,8 +18,14 @@ from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.contacts import contact_rows
 from w2b_sim.engines.batched.memory import row, structure
 from w2b_sim.engines.batched.simd import fma, splat, vmax, where
-from w2b_sim.engines.batched.tree import factorise, forward_all, forward_row, row_add, row_dot, \
-    row_length
+from w2b_sim.engines.batched.tree import (
+    factorise,
+    forward_all,
+    forward_row,
+    row_add,
+    row_dot,
+    row_length,
+)
 
 #: Rows: those of the contacts near the floor first, then the dynamic joints'. See `tree` for the
 #: forms of matrices and vectors.

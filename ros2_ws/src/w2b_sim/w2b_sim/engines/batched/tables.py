@@ -10,19 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from w2b_sim.bodies.inertia import link_inertia
-from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link, Servo, Sphere
+from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link
+from w2b_sim.engines.batched.supported import SENSOR_KINDS, refuse_what_is_not_modelled
 from w2b_sim.worlds import World
-
-#: Kinds of sensors, as the kernel numbers them.
-TOUCH, POSITION, MOTOR = range(3)
-SENSOR_KINDS = {'touch': TOUCH, 'position': POSITION, 'motor': MOTOR}
 
 #: A servo this many times as strong as the greatest torque it can be asked for never saturates.
 TORQUE_MARGIN = 3.0
-
-
-class UnsupportedBodyError(ValueError):
-    """A body is outside what the batched engine models; the message says in what."""
 
 
 class Tables(NamedTuple):
@@ -110,7 +103,7 @@ def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody
     """
     if joints not in ('auto', 'kinematic', 'dynamic'):
         raise ValueError(f'joints: expected auto, kinematic or dynamic, got {joints!r}')
-    _refuse_what_is_not_modelled(body)
+    refuse_what_is_not_modelled(body)
     links = [body.links[0], *(body.link(joint.child) for joint in body.joints)]
     number = {link.name: k for k, link in enumerate(links)}
     centres = np.array([link.centre_m for link in links], dtype=np.float64)
@@ -131,7 +124,7 @@ def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody
         joints == 'dynamic' or (joints == 'auto' and servo_saturates(
             joint, links, rest, origins, moves[k], world)))
         for k, joint in enumerate(body.joints)], dtype=bool)
-    tables = Tables(
+    parts: list[Any] = [
         parent, _with_column(axis), _with_column(anchor_parent), _with_column(-centres),
         rest - rest[0],
         np.array([link.mass_kg for link in links]),
@@ -143,8 +136,8 @@ def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody
             strict=True)),
         *_chains(parent, dynamic),
         *contact,
-        *_sensors(body, touch_links))
-    return CompiledBody(tables, touch_links, body.height_m + float(centres[0, 2]),
+        *_sensors(body, touch_links)]
+    return CompiledBody(Tables(*parts), touch_links, body.height_m + float(centres[0, 2]),
                         body.hidden_neurons)
 
 
@@ -170,41 +163,6 @@ def servo_saturates(joint: Joint, links: Sequence[Link], rest: NDArray[np.float6
     asked = (2 * speed * reduced / world.physics_step_s
              + masses.sum() * abs(world.gravity_m_s2) * reach)
     return bool(joint.servo.max_torque_nm < TORQUE_MARGIN * asked)
-
-
-def _refuse_what_is_not_modelled(body: Body) -> None:
-    def refuse(reason: str) -> None:
-        raise UnsupportedBodyError(f'{body.name}: the batched engine does not model {reason}')
-
-    names = [link.name for link in body.links]
-    placed = {names[0]}
-    if len(set(names)) != len(names):
-        refuse('links of the same name')
-    for link in body.links:
-        if not isinstance(link.shape, Box | Capsule | Sphere):
-            refuse(f'the shape {type(link.shape).__name__} of link {link.name}: '
-                   'expected Box, Capsule or Sphere')
-        if not link.mass_kg > 0:
-            refuse(f'link {link.name} without mass: got {link.mass_kg} kg')
-    for joint in body.joints:
-        if type(joint.servo) is not Servo:
-            refuse(f'the servo law {type(joint.servo).__name__} of joint {joint.name}')
-        if joint.child in placed:
-            refuse(f'closed loops: link {joint.child} has a second parent, by joint {joint.name}')
-        if joint.parent not in placed:
-            refuse(f'joint {joint.name} before the joint of its parent link {joint.parent}')
-        if not np.linalg.norm(joint.axis) > 0:
-            refuse(f'joint {joint.name} without an axis')
-        if not joint.lower_rad <= joint.upper_rad:
-            refuse(f'limits of joint {joint.name} that leave no angle')
-        placed.add(joint.child)
-    if loose := set(names) - placed:
-        refuse(f'links that no joint holds: {", ".join(sorted(loose))}')
-    joints = {joint.name for joint in body.joints}
-    for sensor in body.sensors:
-        kind, _colon, source = sensor.partition(':')
-        if kind not in SENSOR_KINDS or source not in (names if kind == 'touch' else joints):
-            refuse(f'the sensor {sensor!r}')
 
 
 def _unit(vector: Sequence[float]) -> NDArray[np.float64]:

@@ -1,16 +1,16 @@
 """
 The momentum balance of a tree of links: storage, Cholesky factor and solves that keep its zeros.
 
-Unknowns: the rates of the dynamic joints, those far from the base first, then the base's velocity in
-the order v_x, v_y, w_z, v_z, w_x, w_y (`BASE`). Two joints share an entry of the matrix only
-if one hangs on the other, and eliminating the outer joints first keeps it so: the factor's column of
-a joint has entries for the joints between it and the base, and for the base.
+Unknowns: the rates of the dynamic joints, those far from the base first, then the base's velocity
+in the order v_x, v_y, w_z, v_z, w_x, w_y (`BASE`). Two joints share an entry of the matrix only if
+one hangs on the other, and eliminating the outer joints first keeps it so: the factor's column of a
+joint has entries for the joints between it and the base, and for the base.
 
 The matrix is stored as that: `joint[d]` holds, for dynamic joint d, the entries with the joints of
-its chain (itself first, then towards the base, at most `layout.chain` of them), then those with the
-base; `base` is a packed lower triangle. A vector that belongs to one link (a row of a contact) has the
-same form, (chain, base), and `chain_of[link]` lists the joints; a full vector has all joints, then
-the base. Without dynamic joints all this is the 6 x 6 matrix of the base.
+its chain (itself first, then towards the base, at most `layout.chain` of them), then those with
+the base; `base` is a packed lower triangle. A vector that belongs to one link (a row of a contact)
+has the same form, (chain, base), and `chain_of[link]` lists the joints; a full vector has all
+joints, then the base.
 """
 
 from __future__ import annotations

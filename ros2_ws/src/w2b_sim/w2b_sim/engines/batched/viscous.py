@@ -17,17 +17,23 @@ equations of the second stage (the first: all w = 0) read
      W_z v_x            + (I_yz - W_yz) w_z +  I_xy w_x         + (I_yy + W_zz) w_y  = L_y + ...
     m v_z                                                                            = p_z + ...
 
-where the dots are the floor's normal impulses: they act on v_z, w_x, w_y alone. Eliminating v_x, v_y
-and then w_z leaves a 2 x 2 matrix for (w_x, w_y), whose inverse, with 1 / m, answers to a normal
-impulse at (x, y): (v_z, w_x, w_y) += G (1, y, -x). Projected Gauss-Seidel runs on these three.
+where the dots are the floor's normal impulses: they act on v_z, w_x, w_y alone. Eliminating v_x,
+v_y and then w_z leaves a 2 x 2 matrix for (w_x, w_y), whose inverse, with 1 / m, answers to a
+normal impulse at (x, y): (v_z, w_x, w_y) += G (1, y, -x). Projected Gauss-Seidel runs on these
+three.
 """
 
 from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.contacts import CONTACT_GAP_M
-from w2b_sim.engines.batched.rigid import NO_FLOOR, about_centre, drive_of, \
-    set_contacts, set_solution
+from w2b_sim.engines.batched.rigid import (
+    NO_FLOOR,
+    about_centre,
+    drive_of,
+    set_contacts,
+    set_solution,
+)
 from w2b_sim.engines.batched.simd import fma, splat, vmax, where
 
 #: Of Gauss-Seidel: the same solution, and after 4 + 6 sweeps a third of the error of 1.0.

@@ -1,6 +1,4 @@
-"""
-The original's contact (see `viscous`) for bodies with torque-limited joints, on the tree's factor.
-"""
+"""The original's contact (see `viscous`) of bodies with torque-limited joints."""
 
 from __future__ import annotations
 
@@ -15,8 +13,8 @@ from w2b_sim.engines.batched.tree import backward_all, rank_one, row_add
 
 
 @inlined
-def solve_viscous_tree(layout, tables, state, frame, composite, solve, near, count, erp_per_h, h_per_slip, h,
-                  first_sweeps, second_sweeps):
+def solve_viscous_tree(layout, tables, state, frame, composite, solve, near, count, erp_per_h,
+                       h_per_slip, h, first_sweeps, second_sweeps):
     """Solve for the velocities of one step; they end in solve.y."""
     fill_base(layout, composite, solve)
     fill_joints(layout, tables, frame, composite, solve)
