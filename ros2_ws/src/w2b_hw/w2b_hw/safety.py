@@ -250,7 +250,6 @@ class Safety:
 
     def _relax(self, state: State, reason: str) -> None:
         self._enter(state, reason)
-        self._energised = 0
         # A target is good for one arming: what was wanted before is not what is wanted after.
         self._target, self._target_at_s = None, float('-inf')
         # Where the joints are now is not known; they will be energised here.
