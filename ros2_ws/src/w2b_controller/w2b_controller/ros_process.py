@@ -90,9 +90,11 @@ def _spin(make_node: Callable[[], Node], stop: StopFlag) -> int:
             executor.spin_once(timeout_sec=POLL_S)
         return node.exit_code or 0
     finally:
-        node.close()
-        _end_soon()
-        node.destroy_node()
+        try:
+            node.close()
+        finally:
+            _end_soon()
+            node.destroy_node()
 
 
 def _end_soon() -> None:
