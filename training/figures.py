@@ -77,7 +77,7 @@ def _bar_panel(axes: Axes, table: pd.DataFrame, index: dict[tuple[str, str], Tes
                      hatch='////' if treatment == 'control' else None, linewidth=0.5, zorder=2,
                      alpha=0.9)
             axes.plot(x + rng.uniform(-0.12, 0.12, len(values)), values, '.', color=GREY,
-                      markersize=3, alpha=0.45, markeredgewidth=0, zorder=3)
+                      markersize=4, alpha=0.5, markeredgewidth=0, zorder=3)
             axes.errorbar(x, median, [[median - low], [high - median]], color='black',
                           capsize=3, linewidth=1.3, zorder=4)
             top = max(top, high, float(np.percentile(values, 95)))

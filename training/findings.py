@@ -4,13 +4,15 @@ Each claim of the paper beside what this study says of it, by rules that are wri
 A claim of a difference *replicates* if the corrected p-value is below the paper's level and the
 direction is the paper's, in every place where the paper has it. A claim of no difference is
 *consistent* if no corrected p-value is below the level: that is no proof of equality, so the
-largest effect size is given beside it.
+largest effect size is given beside it. Where there are so few runs that not even samples without
+any overlap would be significant, nothing is claimed: *not tested*.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import comb
 
 import pandas as pd
 
@@ -48,36 +50,51 @@ def findings(tested: Sequence[Tested], table: pd.DataFrame) -> list[Finding]:
         _difference('Robots move more under the move than under the stop commands, in every body '
                     'and treatment (figure 5).',
                     these(bodies + balanced, 'E: move against stop', 'C: move against stop'),
-                    lambda one: one.rank_biserial > 0),
+                    len(tested)),
         _equality('No body shows a difference between word2vec and control in how far the robots '
                   'move when commanded to move (figure 5).',
-                  these(bodies, 'move: E against C'), ALPHA),
-        _four_of_six(these(bodies, 'test: E against C')),
-        _stop_against_test(these(bodies, 'E: test against stop', 'C: test against stop')),
-        _fitness(these(bodies, 'fitness: E against C')),
+                  these(bodies, 'move: E against C'), len(tested)),
+        _four_of_six(these(bodies, 'test: E against C'), len(tested)),
+        _stop_against_test(these(bodies, 'E: test against stop', 'C: test against stop'),
+                           len(tested)),
+        _fitness(these(bodies, 'fitness: E against C'), len(tested)),
     ]
     if balanced:
         found += [
             _equality('Balanced set: no difference in training performance (figure 6).',
-                      these(balanced, 'fitness: E against C', 'move: E against C'), ALPHA),
+                      these(balanced, 'fitness: E against C', 'move: E against C'),
+                      len(tested)),
             _difference('Balanced set, control: more movement under the unheard than under the '
                         'trained stop words (figure 6).', these(balanced, 'C: test against stop'),
-                        lambda one: one.rank_biserial > 0),
+                        len(tested)),
             _equality('Balanced set, word2vec: no difference between unheard and trained stop '
-                      'words (figure 6).', these(balanced, 'E: test against stop'), ALPHA),
+                      'words (figure 6).', these(balanced, 'E: test against stop'), len(tested)),
             _control_moves(table),
         ]
     return found
+
+
+def _too_few(tested: Sequence[Tested], alpha: float, family: int) -> str:
+    """Return which samples are too small for any outcome to be significant, '' if none is."""
+    for one in tested:
+        first, second = len(one.comparison.first.values), len(one.comparison.second.values)
+        # The exact two-sided p-value of samples without overlap, at Holm's first step.
+        least = min(1.0, 2 * family / comb(first + second, first))
+        if least >= alpha:
+            return (f'too few runs: {first} and {second} ({one.comparison.panel}) cannot give a '
+                    f'corrected p below {least:.2g}')
+    return ''
 
 
 def _p(value: float) -> str:
     return f'p = {value:.2g}' if value >= 1e-4 else f'p = {value:.0e}'
 
 
-def _difference(claim: str, tested: list[Tested], expected: Callable[[Tested], bool]) -> Finding:
-    if not tested:
-        return Finding(claim, 'no runs', UNTESTED)
-    shown = [one for one in tested if one.p_holm < ALPHA and expected(one)]
+def _difference(claim: str, tested: list[Tested], family: int) -> Finding:
+    lacking = _too_few(tested, ALPHA, family) if tested else 'no runs'
+    if lacking:
+        return Finding(claim, lacking, UNTESTED)
+    shown = [one for one in tested if one.p_holm < ALPHA and one.rank_biserial > 0]
     here = f'shown in {len(shown)} of {len(tested)} places at corrected p < {ALPHA}'
     missing = [f'{one.comparison.panel} ({one.comparison.question}, {_p(one.p_holm)})'
                for one in tested if one not in shown]
@@ -86,12 +103,13 @@ def _difference(claim: str, tested: list[Tested], expected: Callable[[Tested], b
     return Finding(claim, here, REPLICATES if not missing else IN_PART if shown else NOT)
 
 
-def _equality(claim: str, tested: list[Tested], alpha: float) -> Finding:
-    if not tested:
-        return Finding(claim, 'no runs', UNTESTED)
-    differing = [one for one in tested if one.p_holm < alpha]
+def _equality(claim: str, tested: list[Tested], family: int) -> Finding:
+    lacking = _too_few(tested, ALPHA, family) if tested else 'no runs'
+    if lacking:
+        return Finding(claim, lacking, UNTESTED)
+    differing = [one for one in tested if one.p_holm < ALPHA]
     largest = max(tested, key=lambda one: abs(one.rank_biserial))
-    here = (f'{len(differing)} of {len(tested)} comparisons differ at corrected p < {alpha}; '
+    here = (f'{len(differing)} of {len(tested)} comparisons differ at corrected p < {ALPHA}; '
             f'largest rank-biserial effect {largest.rank_biserial:+.2f} '
             f'({largest.comparison.panel}, {_p(largest.p_holm)})')
     return Finding(claim, here, NOT if differing else CONSISTENT)
@@ -104,11 +122,12 @@ def _incomplete(tested: list[Tested]) -> str:
     return f'no runs of: {", ".join(missing)}' if missing else ''
 
 
-def _four_of_six(tested: list[Tested]) -> Finding:
+def _four_of_six(tested: list[Tested], family: int) -> Finding:
     claim = ('Under the unheard stop word, word2vec robots move less than control robots in four '
              'of the six bodies: morphology affects the grounding (figure 5, red brackets).')
-    if _incomplete(tested):
-        return Finding(claim, _incomplete(tested), UNTESTED)
+    lacking = _incomplete(tested) or _too_few(tested, ALPHA, family)
+    if lacking:
+        return Finding(claim, lacking, UNTESTED)
     less = [one for one in tested if one.p_holm < ALPHA and one.rank_biserial < 0]
     leaning = [one for one in tested if one.rank_biserial < 0]
     named = ', '.join(one.comparison.panel for one in less) or 'none'
@@ -117,11 +136,12 @@ def _four_of_six(tested: list[Tested]) -> Finding:
     return Finding(claim, here, REPLICATES if len(less) >= 4 else IN_PART if less else NOT)
 
 
-def _stop_against_test(tested: list[Tested]) -> Finding:
+def _stop_against_test(tested: list[Tested], family: int) -> Finding:
     claim = ('Robots move more under the unheard than under the trained stop words, in both '
              'treatments, in five of the six bodies but not the quadruped (figure 5).')
-    if _incomplete(tested):
-        return Finding(claim, _incomplete(tested), UNTESTED)
+    lacking = _incomplete(tested) or _too_few(tested, ALPHA, family)
+    if lacking:
+        return Finding(claim, lacking, UNTESTED)
     by_body: dict[str, list[bool]] = {}
     for one in tested:
         by_body.setdefault(one.comparison.panel, []).append(
@@ -135,14 +155,15 @@ def _stop_against_test(tested: list[Tested]) -> Finding:
             + f'; in the quadruped {"also" if exception else "not"}')
     if len(both) == len(others) and not exception:
         return Finding(claim, here, REPLICATES)
-    return Finding(claim, here, IN_PART if both or not exception else NOT)
+    return Finding(claim, here, IN_PART if both else NOT)
 
 
-def _fitness(tested: list[Tested]) -> Finding:
+def _fitness(tested: list[Tested], family: int) -> Finding:
     claim = ('Training performance differs between the treatments in one body only, the 1DOF '
              'sphere with sensors, where word2vec is better (Table III).')
-    if _incomplete(tested):
-        return Finding(claim, _incomplete(tested), UNTESTED)
+    lacking = _incomplete(tested) or _too_few(tested, ALPHA_FITNESS, family)
+    if lacking:
+        return Finding(claim, lacking, UNTESTED)
     differing = {one.comparison.panel: one for one in tested if one.p_holm < ALPHA_FITNESS}
     published = {TITLES[body] for body, row in FITNESS.items() if row.significant}
     here = ('differs at corrected p < 0.05 in ' + ', '.join(

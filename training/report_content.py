@@ -59,9 +59,9 @@ def _lead(runs: pd.DataFrame, about: dict[str, Any]) -> str:
     identity = about['identity']
     commits = sorted({commit for commit in runs.git_commit if commit})
     return (f'{len(runs)} evolutionary runs of {identity["generations"]:,} generations, '
-            f'{int(runs.evaluations.sum()):,} simulations in {runs.wall_s.sum() / 3600:.1f} core '
-            f'hours. Engine {identity["engine"]}, {identity["precision"]}; program '
-            f'{identity["program_version"]}, sources {identity["sources_sha256"][:12]}, '
+            f'{int(runs.evaluations.sum()):,} simulations in {runs.wall_s.sum() / 3600:.1f} '
+            f'hours (sum of wall times, one core each). Engine {identity["engine"]}, '
+            f'{identity["precision"]}; program {identity["program_version"]}, sources {identity["sources_sha256"][:12]}, '
             f'commit {", ".join(commit[:10] for commit in commits) or "unknown"}; vocabulary '
             f'{identity["vocabulary"]}, vectors {identity["vocabulary_sha256"][:12]}.')
 

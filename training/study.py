@@ -63,8 +63,10 @@ def run_command(args: argparse.Namespace, kinds: Sequence[str]) -> int:
     except KeyboardInterrupt:
         print('study: interrupted; the same command goes on from here', file=sys.stderr)
         return 130
+    count = len(config.runs())
     stored = ('the store was not made' if report.in_store is None else
-              f'{report.in_store} of {len(config.runs())} runs in {study.store}')
+              f'{report.in_store} of {count} runs in {study.store}' if report.in_store <= count else
+              f'{report.in_store} runs in {study.store}, more than the {count} configured')
     print(f'{len(report.evolved)} runs evolved and {len(report.rescored)} champions scored now; '
           f'{stored}')
     if report.errors:

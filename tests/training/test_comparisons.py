@@ -99,3 +99,12 @@ def test_claims_about_six_bodies_are_not_judged_on_one() -> None:
     untested = [one for one in found if one.verdict == UNTESTED]
     assert len(untested) == 3
     assert all('2DOF sphere without sensors' in one.here for one in untested)
+
+
+def test_too_few_runs_decide_nothing() -> None:
+    small = tables(WHOLE, seeds=6)
+    table = per_run(small['runs'], small['outcomes'])
+    found = findings(compare_all(comparisons(table)), table)
+    # 6 against 6: p is at least 2 / C(12, 6) = 0.0022, and 56 times that after correction.
+    assert all(one.verdict == UNTESTED and 'cannot give a corrected p below 0.12' in one.here
+               for one in found[:-1])
