@@ -61,7 +61,8 @@ def _lead(runs: pd.DataFrame, about: dict[str, Any]) -> str:
     return (f'{len(runs)} evolutionary runs of {identity["generations"]:,} generations, '
             f'{int(runs.evaluations.sum()):,} simulations in {runs.wall_s.sum() / 3600:.1f} '
             f'hours (sum of wall times, one core each). Engine {identity["engine"]}, '
-            f'{identity["precision"]}; program {identity["program_version"]}, sources {identity["sources_sha256"][:12]}, '
+            f'{identity["precision"]}; program {identity["program_version"]}, '
+            f'sources {identity["sources_sha256"][:12]}, '
             f'commit {", ".join(commit[:10] for commit in commits) or "unknown"}; vocabulary '
             f'{identity["vocabulary"]}, vectors {identity["vocabulary_sha256"][:12]}.')
 
@@ -201,10 +202,11 @@ def _comparisons_section(tested: Sequence[Tested]) -> Section:
 
 def _time_section(runs: pd.DataFrame) -> Section:
     section = Section('Time')
-    section.tables['Wall time of runs, one core each.'], hours = tables.timing(runs)
+    section.tables['Times of runs, one core each.'], hours = tables.timing(runs)
     section.paragraphs.append(
         'Projected from these runs: the paper’s study (1,200 runs and 200 of the balanced set, '
-        f'{GENERATIONS:,} generations) takes {hours:.0f} core hours, {hours / 2:.0f} hours on two '
-        'cores.' if hours is not None else
+        f'{GENERATIONS:,} generations) takes {hours:.1f} core hours, {hours / 2:.1f} hours on two '
+        'cores of its own. It rests on CPU times where they are known: wall times count what else '
+        'the machine did.' if hours is not None else
         'The projection for the paper’s study needs runs of all its bodies and the balanced set.')
     return section

@@ -184,23 +184,28 @@ def lexicon(lexicon_rates: pd.DataFrame) -> pd.DataFrame:
 
 
 def timing(runs: pd.DataFrame) -> tuple[pd.DataFrame, float | None]:
-    """Return measured times by body, and the whole study's projected core hours, if known."""
-    rows, hours = [], 0.0
+    """
+    Return measured times by body, and the whole study's projected core hours, if known.
+
+    Medians: the first run of a body on a worker also compiles the engine.
+    """
+    rows = []
     per_generation = {}
     for panel in panels(runs):
         part = select(runs, panel)
-        seconds = part.wall_s / part.generations
-        per_generation[panel] = float(seconds.mean())
+        seconds = part.cpu_s.fillna(part.wall_s)
+        per_generation[panel] = float((seconds / part.generations).median())
         rows.append({
             'robot': title(*panel), 'runs': str(len(part)),
             'generations': f'{part.generations.iloc[0]:,}',
-            'median s a run': f'{part.wall_s.median():.1f}',
-            'evaluations a s': f'{part.evaluations.sum() / part.wall_s.sum():,.0f}',
+            'wall s a run, median': f'{part.wall_s.median():.1f}',
+            'CPU s a run, median': f'{seconds.median():.1f}',
+            'evaluations a CPU s': f'{(part.evaluations / seconds).median():,.0f}',
             'in the engine': f'{part.engine_s.sum() / part.wall_s.sum():.0%}',
-            f's a run of {GENERATIONS:,} generations': f'{GENERATIONS * seconds.mean():.0f}'})
+            f'CPU s for {GENERATIONS:,} generations': f'{GENERATIONS * per_generation[panel]:.0f}',
+        })
     wanted = [('paper', body) for body in FITNESS] + [('balanced', 'quadruped')]
     if not all(panel in per_generation for panel in wanted):
         return pd.DataFrame(rows), None
-    for panel in wanted:
-        hours += 2 * RUNS_AN_ARM * GENERATIONS * per_generation[panel] / 3600
+    hours = sum(2 * RUNS_AN_ARM * GENERATIONS * per_generation[panel] / 3600 for panel in wanted)
     return pd.DataFrame(rows), float(np.round(hours, 2))

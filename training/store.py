@@ -85,6 +85,9 @@ def _add_run(rows: Rows, run: RunSpec, directory: Path, summary: dict[str, Any],
     key = {'run': run.run_id, 'word_set': run.word_set, 'body': run.body,
            'treatment': run.treatment, 'seed': run.seed}
     config, identity, place = summary['config'], provenance['identity'], provenance['environment']
+    events = journal(directory / 'journal.jsonl')
+    started, completed = ([event for event in events if event.get('event') == name]
+                          for name in ('started', 'completed'))
     rows['runs'].append({
         **key, 'held_out': run.held_out, 'fitness': summary['fitness'],
         'generations': summary['generations'], 'population': config['population'],
@@ -92,8 +95,8 @@ def _add_run(rows: Rows, run: RunSpec, directory: Path, summary: dict[str, Any],
         'engine': config['engine'], 'precision': config['precision'],
         'evolution_seed': config['seed'], 'body_length_m': bodies.get(run.body).length_m,
         'wall_s': summary['seconds']['total'], 'engine_s': summary['seconds']['engine'],
-        'attempts': sum(event.get('event') == 'started'
-                        for event in journal(directory / 'journal.jsonl')),
+        'attempts': len(started),
+        'cpu_s': completed[-1].get('cpu_s') if completed and len(started) == 1 else None,
         **{name: identity[name] for name in ('program_version', 'sources_sha256', 'vocabulary',
                                              'vocabulary_sha256')},
         'git_commit': place['git_commit'], 'host': place['host'],

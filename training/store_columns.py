@@ -47,6 +47,8 @@ TABLES: dict[str, tuple[Column, ...]] = {
         Column('body_length_m', 'float64', 'm', 'length that displacements are divided by'),
         Column('wall_s', 'float64', 's', 'wall time of the evolution, all attempts together'),
         Column('engine_s', 'float64', 's', 'share of it inside the engine'),
+        Column('cpu_s', 'float64', 's', 'CPU time of the evolution; missing if it was taken up '
+               'again, since a killed attempt cannot say how much it used'),
         Column('attempts', 'int32', '', 'how often the run was started or taken up again'),
         Column('program_version', 'string', '', 'version of this program'),
         Column('sources_sha256', 'string', '', "hash of the sources that decide a run's outcome"),

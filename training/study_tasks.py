@@ -111,16 +111,19 @@ def _evolve(task: Task, place: StudyDirectory, directory: Path) -> None:
     _own(directory, task.identity)
     log = directory / 'journal.jsonl'
     wanted, generations = task.run, task.config.generations
+    cpu_s = None
     if not place.done(wanted, generations):
         append_line(log, 'started', generations=generations)
         config = run_config(task.config, wanted)
+        began = time.process_time()
         evolve(config, directory, _reporter(directory / 'progress.json'),
                vectors=vectors(task.config.vocabulary,
                                (word for word, _ in config.words + config.held_out)),
                evaluator=_evaluator(config.engine, config.body, config.precision))
+        cpu_s = round(time.process_time() - began, 3)
     if not any(event.get('event') == 'completed' and event.get('generations') == generations
                for event in journal(log)):
-        append_line(log, 'completed', generations=generations)
+        append_line(log, 'completed', generations=generations, cpu_s=cpu_s)
     (directory / 'progress.json').unlink(missing_ok=True)
 
 

@@ -35,6 +35,8 @@ def test_tables_hold_what_the_columns_say(study: StudyDirectory) -> None:
         name: [column.name for column in columns] for name, columns in TABLES.items()}
     runs, outcomes = tables['runs'], tables['outcomes']
     assert len(runs) == 2
+    assert (runs.cpu_s > 0).all()
+    assert (runs.attempts == 1).all()
     assert sorted(runs.treatment) == ['control', 'experimental']
     assert len(outcomes) == 2 * 6
     assert outcomes[outcomes.role == 'held_out'].set_index('run').word.to_dict() == (
