@@ -1,5 +1,5 @@
 # Each target sets up what it needs in .venv, the first time and every time.
-.PHONY: help setup build demo test lint bench faults fidelity figures study report clean
+.PHONY: help setup build demo test lint bench faults figures study report clean
 PYTHON ?= python3
 export PYTHON
 # A domain of its own, on this machine only: nothing here meets another ROS system.
@@ -28,11 +28,19 @@ lint: setup      ## Style and types
 	@.venv/bin/mypy
 
 bench: build     ## Measure the engines' speed and the robot's timing (ARGS=--json)
-	@$(RUN) python -m training bench $(ARGS)
-	@$(RUN) python -m w2b_hw.bench $(ARGS)
+	@$(RUN) python scripts/bench $(ARGS)
 
 faults: build    ## Table of fault scenarios: time to the safe outcome (ARGS=--json)
 	@$(RUN) python -m tests.faults.report $(ARGS)
+
+study: setup     ## Repeat the study (ARGS='CONFIG.yaml --out DIR'; takes a night)
+	@.venv/bin/python -m training study $(ARGS)
+
+report: setup    ## Tables and figures of a study (ARGS=DIR)
+	@.venv/bin/python -m training report $(ARGS)
+
+figures: build   ## Refresh the README's tables and pictures (ARGS=demo, engines, faults)
+	@$(RUN) python scripts/figures $(ARGS)
 
 clean:           ## Remove what was built, not .venv
 	rm -rf ros2_ws/build ros2_ws/install ros2_ws/log out
