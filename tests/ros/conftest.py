@@ -69,7 +69,9 @@ def system(environment, tmp_path):
 def _sim_and_brain(environment, tmp_path_factory):
     """One sim and one brain for a module's tests that leave them as they are."""
     system = System(environment, tmp_path_factory.mktemp('system'))
-    system.start('sim', paused=True)
+    system.start('sim')
+    # The client is to see every frame from now on.
+    system.wait(lambda: system.positions_m, 'a frame')
     system.start('brain')
     system.wait_for_brain()
     yield system

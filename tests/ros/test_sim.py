@@ -93,11 +93,13 @@ def test_paced_walks_with_the_clock_and_holds_still_without_a_brain(system):
 
 def test_pause_after_stops_the_clock_at_that_frame(system):
     system.start('sim', pause_after=30)
+    system.wait(lambda: system.positions_m, 'the first frame')
     system.start('brain')
-    system.wait_for_status('sim: clock', 0, 'lockstep, paused')
     system.wait(lambda: len(system.positions_m) >= 30, '30 frames')
+    system.wait_for_status('sim: clock', 0, 'lockstep, paused')
     first = system.reset()
     system.pause(False)
+    last = first + 29 * 50_000_000
+    system.wait(lambda: last in system.positions_m, '30 more frames')
     system.wait_for_status('sim: clock', 0, 'lockstep, paused')
-    system.wait(lambda: first + 29 * 50_000_000 in system.positions_m, '30 more frames')
-    assert max(system.positions_m) == first + 29 * 50_000_000
+    assert max(system.positions_m) == last
