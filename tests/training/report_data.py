@@ -26,9 +26,9 @@ def tables(bodies: dict[tuple[str, str], float], *, seeds: int = 12) -> dict[str
                 runs.append({
                     **key, 'fitness': scale * rng.normal(2, 0.1), 'body_length_m': 0.1,
                     'wall_s': 20.0 + seed, 'engine_s': 18.0, 'cpu_s': np.nan, 'generations': 100,
-                    'objective': 'program', 'evaluations': 25000, 'git_commit': 'abc', 'evolution_seed': seed,
-                    'held_out': held_out[0][0], 'vocabulary': 'default', 'engine': 'batched',
-                    'precision': 'float32'})
+                    'objective': 'program', 'evaluations': 25000, 'git_commit': 'abc',
+                    'evolution_seed': seed, 'held_out': held_out[0][0], 'vocabulary': 'default',
+                    'engine': 'batched', 'precision': 'float32'})
                 for role, pairs in (('trained', trained), ('held_out', held_out)):
                     for word, behaviour in pairs:
                         moves = behaviour != 'stop' or (role == 'held_out'

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.training.study_files import plain, run_inline
@@ -148,6 +148,7 @@ def test_unfinished_runs_are_left_out(study: StudyDirectory, tmp_path: Path) -> 
     assert build_store(study, history_points=4) == 2
 
 
+@settings(deadline=None)
 @given(st.integers(1, 7000), st.integers(2, 400))
 def test_history_is_thinned_to_the_points_asked_for(generations: int, points: int) -> None:
     kept = thinned(generations, points)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from training.store import parse_run_id
 from training.study_config import RunSpec, load_config, parse_config
 from training.study_fields import ConfigError
 from training.study_tasks import run_config
@@ -71,11 +72,10 @@ def test_the_balanced_set_trains_two_words_a_behaviour() -> None:
     assert len(held_out) == 1
 
 
+@settings(deadline=None)
 @given(st.sampled_from(sorted(WORD_SETS)), st.sampled_from(bodies.names()),
        st.sampled_from(['experimental', 'control']), st.integers(0, 9999))
 def test_a_runs_name_says_what_it_is(word_set: str, body: str, treatment: str, seed: int) -> None:
-    from training.store import parse_run_id
-
     run = RunSpec(word_set, body, treatment, seed)
     assert parse_run_id(run.run_id) == run
 
