@@ -79,6 +79,27 @@ def test_a_variation_concerns_its_own_evaluations_alone(dry, network):
     assert not np.array_equal(varied[4], plain[4])
 
 
+def test_same_bits_in_any_batch_with_dry_friction(dry, network):
+    slippery = Variations(friction=0.5, slip_m_per_n_s=1e-3)
+    whole = finals(dry, network, slippery)
+    for chosen in ([3], [11, 3, 7], list(range(12)) * 3):
+        part = Network(network.hidden_weights[chosen], network.motor_weights[chosen],
+                       network.motor_time_constants)
+        np.testing.assert_array_equal(finals(dry, part, slippery), whole[chosen])
+
+
+def test_same_bits_in_any_batch_with_torque_limits():
+    twin = BatchedEngine(bodies.get('physical_twin'), replace(EARTH, steps=20, physics_steps=10),
+                         'single')
+    network = random_networks(twin.body, 6)
+    whole = finals(twin, network)
+    assert np.isfinite(whole).all()
+    for chosen in ([3], [5, 0], list(range(6)) * 4):
+        part = Network(network.hidden_weights[chosen], network.motor_weights[chosen],
+                       network.motor_time_constants)
+        np.testing.assert_array_equal(finals(twin, part), whole[chosen])
+
+
 def test_luck_follows_the_seed_and_not_the_batch(dry, network):
     seeds = np.arange(24).reshape(12, 2, 1)
     shaken = Variations(motor_noise_rad_s=0.3, push_m_s=0.01, touch_flip_probability=0.1,

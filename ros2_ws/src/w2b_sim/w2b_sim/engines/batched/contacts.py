@@ -96,6 +96,10 @@ def contact_rows(layout, tables, frame, c, row_x, row_y, row_z):
         row_x[p] = velocity[0]
         row_y[p] = velocity[1]
         row_z[p] = velocity[2]
+    for p in range(tables.chain_length[link], base):
+        row_x[p] = zero
+        row_y[p] = zero
+        row_z[p] = zero
     for i in range(BASE):
         row_x[base + i] = zero
         row_y[base + i] = zero

@@ -20,7 +20,7 @@ from w2b_sim.engines.batched.rigid import (
     set_contacts,
     set_solution,
 )
-from w2b_sim.engines.batched.simd import fma, vmax, vmin, vsqrt, where
+from w2b_sim.engines.batched.simd import any_lane, fma, vmax, vsqrt, where
 
 #: Keeps the direction of a friction impulse of zero defined, (N s)^2.
 TINY = 1e-24
@@ -77,9 +77,12 @@ def solve_coulomb(layout, state, frame, composite, contacts, near, count, erp_pe
             speed_y = fma(x, wz, fma(-z, wx, fma(slip_per_h, old_y, drive[1] + vy)))
             new_x = fma(-speed_x, contacts.tangent_x[q, 3], old_x)
             new_y = fma(-speed_y, contacts.tangent_y[q, 3], old_y)
-            size = vsqrt(fma(new_x, new_x, fma(new_y, new_y, TINY)))
-            share = vmin(friction * new / size, 1.0)
-            new_x, new_y = new_x * share, new_y * share
+            size = fma(new_x, new_x, fma(new_y, new_y, TINY))
+            bound = friction * new
+            slides = size > bound * bound
+            if any_lane(slides):
+                share = where(slides, bound / vsqrt(size), 1.0)
+                new_x, new_y = new_x * share, new_y * share
             slide_x, slide_y = new_x - old_x, new_y - old_y
             state.slide_x[c] = new_x
             state.slide_y[c] = new_y

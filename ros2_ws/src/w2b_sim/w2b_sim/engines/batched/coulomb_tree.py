@@ -8,7 +8,7 @@ from w2b_sim.engines.batched.inertia import fill_base, fill_joints
 from w2b_sim.engines.batched.memory import row
 from w2b_sim.engines.batched.motors import hard_stop_targets, start_stops, visit_motor_and_stop
 from w2b_sim.engines.batched.rows import contact_targets, keep_impulses, prepare, visit_normal
-from w2b_sim.engines.batched.simd import fma, vmin, vsqrt
+from w2b_sim.engines.batched.simd import any_lane, fma, vsqrt, where
 from w2b_sim.engines.batched.tree import backward_all, forward_row, row_add, row_dot, row_length
 
 
@@ -60,9 +60,13 @@ def _visit_tangents(layout, tables, solve, state, frame, c, q, slip_per_h, frict
                          fma(slip_per_h, old_y, frame.contact_drive[c, 1]))
     new_x = fma(-velocity_x, solve.inverse_x[q], old_x)
     new_y = fma(-velocity_y, solve.inverse_y[q], old_y)
-    size = vsqrt(fma(new_x, new_x, fma(new_y, new_y, TINY)))
-    share = vmin(friction * solve.impulse[q] / size, 1.0) * solve.active[q]
-    new_x, new_y = new_x * share, new_y * share
+    size = fma(new_x, new_x, fma(new_y, new_y, TINY))
+    bound = friction * solve.impulse[q]
+    slides = size > bound * bound
+    if any_lane(slides):
+        share = where(slides, bound / vsqrt(size), 1.0)
+        new_x, new_y = new_x * share, new_y * share
+    new_x, new_y = new_x * solve.active[q], new_y * solve.active[q]
     state.slide_x[c] = new_x
     state.slide_y[c] = new_y
     row_add(layout, tables, link, row_x, new_x - old_x, solve.y)

@@ -35,6 +35,8 @@ DYNAMIC_COULOMB_SWEEPS = 20
 #: In worlds with dry friction, whose reference is PyBullet, a contact begins at Bullet's distance:
 #: within it a link may approach the floor by the gap that is left, and no more, in a step.
 SPECULATIVE_GAP_M = 0.02
+#: ... but no farther than a link can fall in a step: a contact beyond that does nothing.
+FASTEST_FALL_M_S = 2.0
 #: A friction coefficient that nothing reaches, in place of infinity (which times zero is NaN).
 UNBOUNDED_FRICTION = 1e30
 #: Beyond this a robot did not walk: the evaluation counts as failed.
@@ -128,7 +130,8 @@ class BatchedEngine:
         speculative = world.friction is not None
         self._clock = kernel.Clock(
             h, world.physics_steps, world.steps, *sweeps,
-            SPECULATIVE_GAP_M if speculative else CONTACT_GAP_M, 1 / h if speculative else 0.0)
+            min(SPECULATIVE_GAP_M, FASTEST_FALL_M_S * h) if speculative else CONTACT_GAP_M,
+            1 / h if speculative else 0.0)
 
     def evaluate(self, network: Network, signals: ArrayLike, starts: Sequence[Start],
                  variations: Variations | None = None) -> Evaluation:

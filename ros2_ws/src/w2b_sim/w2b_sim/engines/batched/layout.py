@@ -85,6 +85,11 @@ class Layout:
         return 6 + self.dynamic
 
     @property
+    def slots(self) -> int:
+        """Entries of a full vector over the unknowns, see `tree`."""
+        return self.unknowns + 1
+
+    @property
     def width(self) -> int:
         """Entries of a vector that belongs to one link, see `tree`."""
         return self.chain + 6

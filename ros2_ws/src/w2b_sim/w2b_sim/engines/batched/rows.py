@@ -34,8 +34,8 @@ Solve = structure('Solve', {
     'base': (21,),
     'factor_joint': ('dynamic', 'width'),  # its Cholesky factor
     'factor_base': (21,),
-    'b': ('unknowns',),
-    'y': ('unknowns',),
+    'b': ('slots',),
+    'y': ('slots',),
     'rows': ('rows', 'width'),       # in Cholesky space
     'inverse': ('rows',),            # 1 / |row|^2
     'target': ('rows',),
@@ -81,7 +81,8 @@ def prepare(layout, tables, frame, solve, near, count, start):
             solve.factor_joint[d, i] = solve.joint[d, i]
     for i in range(21):
         solve.factor_base[i] = solve.base[i]
-    for i in range(layout.unknowns):
+    solve.b[layout.unknowns] = splat(layout, 0.0)
+    for i in range(layout.slots):
         solve.y[i] = solve.b[i]
     factorise(layout, tables, solve.factor_joint, solve.factor_base)
     forward_all(layout, tables, solve.factor_joint, solve.factor_base, solve.y)

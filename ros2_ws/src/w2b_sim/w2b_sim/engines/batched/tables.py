@@ -14,6 +14,7 @@ from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link
 from w2b_sim.engines.batched.supported import SENSOR_KINDS, refuse_what_is_not_modelled
 from w2b_sim.worlds import World
 
+UNKNOWNS_OF_BASE = 6
 #: A servo this many times as strong as the greatest torque it can be asked for never saturates.
 TORQUE_MARGIN = 3.0
 
@@ -33,7 +34,7 @@ class Tables(NamedTuple):
     sphere's centre. Vectors that are rotated have a fourth entry, see `algebra.rotate_row`.
     `dynamic` (J,) numbers the joints that are unknowns of the solve, outer ones
     first, -1 for others; `dynamic_link` lists the links they move. `chain_of` (L, chain) lists, for
-    each link, the `chain_length` dynamic joints that move it, outer ones first.
+    each link, the `chain_length` dynamic joints that move it, outer ones first (see `tree`).
     """
 
     parent: NDArray[np.int64]
@@ -190,7 +191,7 @@ def _chains(parent: NDArray[np.int64], dynamic: NDArray[np.bool_]
         own = [int(number[k - 1])] if dynamic[k - 1] else []
         chains.append(own + chains[parent[k]])
     longest = max(map(len, chains))
-    padded = np.full((len(parent), max(1, longest)), -1)
+    padded = np.full((len(parent), max(1, longest)), len(links) + UNKNOWNS_OF_BASE)
     for k, chain in enumerate(chains):
         padded[k, :len(chain)] = chain
     return number, links, padded, np.array([len(chain) for chain in chains])

@@ -10,7 +10,7 @@ The matrix is stored as that: `joint[d]` holds, for dynamic joint d, the entries
 its chain (itself first, then towards the base, at most `layout.chain` of them), then those with
 the base; `base` is a packed lower triangle. A vector that belongs to one link (a row of a contact)
 has the same form, (chain, base), and `chain_of[link]` lists the joints; a full vector has all
-joints, then the base.
+joints, then the base, then one place that is always zero, which fills up short chains.
 """
 
 from __future__ import annotations
@@ -129,18 +129,22 @@ def row_length(layout, tables, link, row):
 
 @inlined
 def row_dot(layout, tables, link, row, x, total):
-    """Return total plus the product of a link's vector with a full one."""
-    for p in range(tables.chain_length[link]):
-        total = fma(row[p], x[tables.chain_of[link, p]], total)
-    for i in range(BASE):
-        total = fma(row[layout.chain + i], x[layout.dynamic + i], total)
-    return total
+    """Return total plus the product of a link's vector with a full one, in two short chains."""
+    base, first = layout.chain, layout.dynamic
+    linear = row[base] * x[first]
+    for i in range(1, 3):
+        linear = fma(row[base + i], x[first + i], linear)
+    for i in range(3, BASE):
+        total = fma(row[base + i], x[first + i], total)
+    for p in range(layout.chain):
+        linear = fma(row[p], x[tables.chain_of[link, p]], linear)
+    return total + linear
 
 
 @inlined
 def row_add(layout, tables, link, row, factor, x):
     """Add factor times a link's vector to a full one."""
-    for p in range(tables.chain_length[link]):
+    for p in range(layout.chain):
         place = tables.chain_of[link, p]
         x[place] = fma(row[p], factor, x[place])
     for i in range(BASE):
