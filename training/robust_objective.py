@@ -76,7 +76,13 @@ def fitness(earned: Array, directions: NDArray[np.int64]) -> Array:
     """
     total = np.zeros(len(earned))
     for direction in (1, -1, 0):
-        ordered = np.sort(earned[:, directions == direction], axis=1)
-        worst = max(1, ordered.shape[1] // 3)
-        total = total + 0.5 * ordered.mean(axis=1) + 0.5 * ordered[:, :worst].mean(axis=1)
+        total = total + fitness_of(earned[:, directions == direction])
     return total
+
+
+def fitness_of(earned: Array) -> Array:
+    """Return half the mean and half the mean of the worst third of each row of (C, R)."""
+    ordered = np.sort(earned, axis=1)
+    worst = max(1, ordered.shape[1] // 3)
+    both: Array = 0.5 * ordered.mean(axis=1) + 0.5 * ordered[:, :worst].mean(axis=1)
+    return both

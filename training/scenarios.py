@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 FORWARD, STOP, BACKWARD = 1, 0, -1
+#: Standard deviation of the noise on each element of a vector, at most; a typical element of a
+#: vector of norm 2.9 in 300 dimensions is 0.17. What is nearly a stop word should stop; what is
+#: not quite a move word need not move.
+STOP_NOISE, MOVE_NOISE = 0.05, 0.01
 DIRECTION = {'forward': FORWARD, 'backward': BACKWARD, 'stop': STOP}
 
 
@@ -35,14 +39,16 @@ class Randomisation:
     Attributes
     ----------
     friction
-        Dry friction of coefficient 0.7 to 4 (earth: 0.5 to 1.2), in one of eight unbounded, with
+        Dry friction of coefficient 0.5 to 4 (earth: 0.5 to 1.2), in one of eight unbounded, with
         viscous slip of 0.5 to 10 mm/s per newton (earth: up to 1).
     contact
-        Error reduction of contacts from 0.1 to 0.4.
+        Error reduction of contacts from 0.1 to 0.4; in half of the situations they act just before
+        they are reached, as Bullet's do, instead of just after, as the original's.
     bodies
         Base mass and gravity 10 to 20 % lighter or heavier.
     servos
-        Gain 10 % lower or higher, and noise of up to 0.1 rad/s.
+        Gain 20 % lower or higher; in most situations noise of up to 0.6 rad/s on each joint's rate:
+        PyBullet's motors miss a rate by that much when legs push against one another.
     pushes
         In half of the scenarios, random pushes of up to 1 cm/s every step.
     sensors
@@ -86,12 +92,15 @@ class Scenario:
         `FORWARD`, `STOP` or `BACKWARD`: what it asks for.
     variations
         Name of a field of `Variations` -> values (R,).
+    contact_soon: shape (R,)
+        Whether contacts act just before they are reached.
 
     """
 
     signals: Array
     directions: NDArray[np.int64]
     variations: dict[str, Array]
+    contact_soon: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.directions)
@@ -99,7 +108,8 @@ class Scenario:
     def take(self, indices: NDArray[np.int64]) -> Scenario:
         """Return the situations at `indices`."""
         return Scenario(self.signals[indices], self.directions[indices],
-                        {name: values[indices] for name, values in self.variations.items()})
+                        {name: values[indices] for name, values in self.variations.items()},
+                        self.contact_soon[indices])
 
     def engine_variations(self) -> Variations:
         """Return the variations as the batched engine takes them, for one start a situation."""
@@ -141,10 +151,12 @@ def draw(rng: np.random.Generator, words: dict[str, Array], world: World,
             directions.append(DIRECTION[behaviour])
     heard = np.array(signals)
     if randomisation.vectors:
-        # A typical element of a vector of norm 2.9 in 300 dimensions is 0.17.
-        noise = rng.choice([0.0, 0.02, 0.05], len(heard), p=[0.5, 0.25, 0.25])
+        noise = rng.choice([0.0, 0.4, 1.0], len(heard), p=[0.5, 0.25, 0.25])
+        noise = noise * np.where(np.array(directions) == STOP, STOP_NOISE, MOVE_NOISE)
         heard = heard + noise[:, None] * rng.standard_normal(heard.shape)
-    return Scenario(heard, np.array(directions), _variations(rng, len(heard), world, randomisation))
+    variations = _variations(rng, len(heard), world, randomisation)
+    return Scenario(heard, np.array(directions), variations,
+                    variations.pop('contact_soon', np.zeros(len(heard))) > 0)
 
 
 def _mixture(rng: np.random.Generator, vectors: Array) -> Array:
@@ -167,14 +179,15 @@ def _variations(rng: np.random.Generator, count: int, world: World,
 
     dry = world.friction is not None
     friction = uniform(0.5, 1.2) if dry else np.where(
-        sometimes(0.12) > 0, np.inf, uniform(0.7, 4.0))
+        sometimes(0.12) > 0, np.inf, np.exp(uniform(log(0.5), log(4.0))))
     slip = uniform(0.0, 1e-3) if dry else np.exp(uniform(log(5e-4), log(1e-2)))
     drawn = {
         'friction': {'friction': friction, 'slip_m_per_n_s': slip},
-        'contact': {'erp': uniform(0.1, 0.4)},
+        'contact': {'erp': uniform(0.1, 0.4), 'contact_soon': sometimes(0.5)},
         'bodies': {'gravity_m_s2': world.gravity_m_s2 * uniform(0.9, 1.1),
                    'base_mass_scale': uniform(0.8, 1.2)},
-        'servos': {'servo_gain_scale': uniform(0.9, 1.1), 'motor_noise_rad_s': uniform(0.0, 0.1)},
+        'servos': {'servo_gain_scale': uniform(0.8, 1.2),
+                   'motor_noise_rad_s': uniform(0.0, 0.6) * sometimes(0.7)},
         'pushes': {'push_m_s': uniform(0.0, 0.01) * sometimes(0.5)},
         'sensors': {'touch_gap_m': uniform(1e-6, 0.003), 'touch_delay': sometimes(0.3),
                     'touch_flip_probability': uniform(0.0, 0.02) * sometimes(0.5)},
