@@ -40,7 +40,7 @@ def findings(tested: Sequence[Tested], table: pd.DataFrame) -> list[Finding]:
     index = {(one.comparison.panel, one.comparison.question): one for one in tested}
     bodies = [title(*panel) for panel in panels(table) if panel[0] == 'paper'
               and panel[1] in TITLES]
-    balanced = [title(*panel) for panel in panels(table) if panel[0] == 'balanced']
+    balanced = [title(*panel) for panel in panels(table) if panel[0].startswith('balanced')]
 
     def these(places: Iterable[str], *questions: str) -> list[Tested]:
         return [index[place, question] for place in places for question in questions

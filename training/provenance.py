@@ -23,7 +23,7 @@ import w2b_controller
 import w2b_sim
 from training.study_config import StudyConfig
 from training.treatments import WORD_SETS, vector_hash
-from training.vectors import vector
+from training.vectors import known, vector
 
 #: Modules of this package that decide what a run's champion is; the rest only runs or reports.
 TRAINING_SOURCES = ('afpo', 'champion', 'config', 'engines', 'objectives', 'operators', 'run',
@@ -96,6 +96,8 @@ def vocabulary_sha256(spec: str) -> str:
     """Return the hash of the vectors that a vocabulary gives the study's commands."""
     digest = sha256()
     for word in commands():
+        if not known(spec, word):
+            continue  # a set that trains on it is refused with this vocabulary
         digest.update(f'{word}\0{vector_hash(vector(spec, word))}\n'.encode())
     return digest.hexdigest()
 

@@ -24,12 +24,16 @@ TREATMENTS = ('experimental', 'control')
 EVOLUTION, HELD_OUT, PERMUTATION, STARTS, VARIATIONS, GATE = range(6)
 
 #: Word set -> (always trained on, of these one a run is held out). Paper, sections II-A and III.
+#: The paper's balanced set trains on the misspelling `foward`, which the package behind the default
+#: vocabulary left out: `balanced` has `forwards` in its place, `balanced_paper` is to the letter
+#: and asks for a vocabulary that knows it, such as the full Google News embedding.
 WORD_SETS: dict[str, tuple[Words, Words]] = {
     'paper': ((('forward', 'forward'), ('backward', 'backward')),
               tuple((word, 'stop') for word in ('stop', 'cease', 'suspend', 'halt'))),
-    'balanced': ((('forward', 'forward'), ('foward', 'forward'),
-                  ('backward', 'backward'), ('backwards', 'backward')),
-                 tuple((word, 'stop') for word in ('stop', 'cease', 'suspend'))),
+    **{name: ((('forward', 'forward'), (other, 'forward'),
+               ('backward', 'backward'), ('backwards', 'backward')),
+              tuple((word, 'stop') for word in ('stop', 'cease', 'suspend')))
+       for name, other in (('balanced', 'forwards'), ('balanced_paper', 'foward'))},
 }
 
 

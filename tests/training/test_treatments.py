@@ -65,7 +65,7 @@ def test_hash_is_of_the_float32_bytes():
 
 
 def test_unknown_names_are_refused():
-    with pytest.raises(ValueError, match="word set: expected one of paper, balanced, got 'x'"):
+    with pytest.raises(ValueError, match="one of paper, balanced, balanced_paper, got 'x'"):
         draw_words('x', 0)
     with pytest.raises(ValueError, match=r"treatment: expected one of .*, got 'placebo'"):
         treated(VECTORS, VECTORS, 'placebo', 0)
