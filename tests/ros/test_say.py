@@ -72,7 +72,7 @@ def test_the_console_says_each_line_and_shows_the_answers(walking):
     shown = [console.log.index(text)
              for text in ("following 'forward'", "'forwrad'", "following 'halt'")]
     assert shown == sorted(shown)
-    assert walking.last_answer()[2]['received'] == '3'
+    walking.wait(lambda: walking.last_answer()[2]['received'] == '3', 'the last answer')
 
 
 def test_the_console_without_a_brain_says_what_to_start(system):
