@@ -8,7 +8,7 @@ away count as failures, never as far walkers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -45,11 +45,13 @@ class Row:
     median_path_m: float
     explosions: int
     passed: bool
+    required: bool = True
 
 
 def gate(network: Network, body: Body, world: World, words: Words, held_out: Words,
          vectors: Mapping[str, ArrayLike], *, move_m: float, starts: int = STARTS, seed: int = 0,
-         processes: int = 1, evaluator: Evaluator | None = None) -> tuple[Row, ...]:
+         processes: int = 1, evaluator: Evaluator | None = None,
+         optional: Collection[str] = ()) -> tuple[Row, ...]:
     """
     Return one row a word: how `network` (one controller) obeys in PyBullet from drawn starts.
 
@@ -69,6 +71,8 @@ def gate(network: Network, body: Body, world: World, words: Words, held_out: Wor
         Of PyBullet.
     evaluator
         Instead of PyBullet, of the same body and world.
+    optional
+        Held-out stop words that are told and not required.
 
     """
     from training.engines import make_evaluator
@@ -85,11 +89,16 @@ def gate(network: Network, body: Body, world: World, words: Words, held_out: Wor
         close: Callable[[], None] | None = getattr(judge, 'close', None)
         if evaluator is None and close is not None:
             close()
-    return rows(outcome, words, held_out, move_m)
+    return rows(outcome, words, held_out, move_m, optional)
 
 
-def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float) -> tuple[Row, ...]:
-    """Return the gate's rows for the outcome (1, W, K) of one controller."""
+def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float,
+         optional: Collection[str] = ()) -> tuple[Row, ...]:
+    """
+    Return the gate's rows for the outcome (1, W, K) of one controller.
+
+    Required are the trained words and the held-out stop words that are not `optional`.
+    """
     table = []
     for index, (word, behaviour) in enumerate(words + held_out):
         position = outcome.final_position_m[0, index]
@@ -105,13 +114,14 @@ def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float) -> t
                   'stop': p90 <= STOP_DISTANCE_M}[behaviour]
         table.append(Row(word, behaviour, index < len(words), median, low, high, p90,
                          float(np.median(np.where(exploded, 0.0, outcome.path_length_m[0, index]))),
-                         int(exploded.sum()), passed))
+                         int(exploded.sum()), passed,
+                         index < len(words) or (behaviour == 'stop' and word not in optional)))
     return tuple(table)
 
 
 def passes(table: Sequence[Row]) -> bool:
-    """Whether every trained word, and every held-out stop word, is obeyed."""
-    return all(row.passed for row in table if row.trained or row.behaviour == 'stop')
+    """Whether every word that is required is obeyed."""
+    return all(row.passed for row in table if row.required)
 
 
 def worst_margin(table: Sequence[Row], move_m: float) -> float:
@@ -122,8 +132,8 @@ def worst_margin(table: Sequence[Row], move_m: float) -> float:
     required stop words are not obeyed.
     """
     moves = [row.median_x_m * (1 if row.behaviour == 'forward' else -1) / move_m
-             for row in table if row.trained and row.behaviour != 'stop']
-    restless = sum(not row.passed for row in table if row.behaviour == 'stop')
+             for row in table if row.required and row.behaviour != 'stop']
+    restless = sum(not row.passed for row in table if row.required and row.behaviour == 'stop')
     return min(moves) - restless
 
 
@@ -141,11 +151,12 @@ def to_json(table: Sequence[Row]) -> list[dict[str, Any]]:
 def to_markdown(table: Sequence[Row]) -> str:
     """Return the rows as a Markdown table."""
     lines = ['| word | asks for | heard in training | median final x, m (quartiles) | '
-             '90th percentile of distance, m | obeyed |', '|---|---|---|---|---|---|']
+             '90th percentile of distance, m | obeyed | required |',
+             '|---|---|---|---|---|---|---|']
     for row in table:
         lines.append(
             f'| {row.word} | {row.behaviour} | {"yes" if row.trained else "no"} | '
             f'{row.median_x_m:+.2f} ({row.lower_quartile_x_m:+.2f} to '
             f'{row.upper_quartile_x_m:+.2f}) | {row.p90_distance_m:.3f} | '
-            f'{"yes" if row.passed else "no"} |')
+            f'{"yes" if row.passed else "no"} | {"yes" if row.required else "no"} |')
     return '\n'.join(lines) + '\n'

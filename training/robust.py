@@ -143,9 +143,11 @@ class RobustConfig:
 def train(config: RobustConfig, directory: Path | str,
           progress: Callable[[Progress], None] | None = None, *, threads: int = 1,
           checkpoint_s: float = 10.0, vectors: Mapping[str, ArrayLike] | None = None,
-          stages: int | None = None) -> tuple[Network, Array]:
+          stages: int | None = None, begin: Array | None = None) -> tuple[Network, Array]:
     """
     Run `config` in `directory`, or go on with it there, for all or the first `stages` stages.
+
+    `begin` (N, G), if given, are the genomes it begins with.
 
     Returns the population's networks (N, ...) and fitness (N,) in a last, larger draw of
     situations, best first.
@@ -169,6 +171,8 @@ def train(config: RobustConfig, directory: Path | str,
                             for word, _behaviour in config.words}}
     with RunDirectory(Path(directory), identity, may_grow=()) as place:
         search = RobustSearch(config, heard, place, threads)
+        if begin is not None and search.afpo.generation == 0:
+            search.start_from(begin)
         search.evolve(progress, checkpoint_s, stages)
         return search.ranked()
 
