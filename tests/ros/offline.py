@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from w2b_controller import controller_file
+from w2b_controller.network import Network
 from w2b_controller.vocabulary import Vocabulary
 from w2b_sim import bodies
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
@@ -23,10 +24,15 @@ FEET = [sensor.removeprefix('touch:') for sensor in BODY.sensors]
 @cache
 def offline_positions_m(text: str, steps: int = STEPS) -> np.ndarray:
     """Return the positions (steps, 3) of the shipped quadruped's base under a command."""
+    return offline_positions_of(CONTROLLER.network, text, steps)
+
+
+def offline_positions_of(network: Network, text: str, steps: int) -> np.ndarray:
+    """Return the positions (steps, 3) of the quadruped's base, moved by a network."""
     simulation = PyBulletSimulation(BODY, WORLDS[BODY.world])
     try:
-        return rollout(simulation, BODY, CONTROLLER.network,
-                       Vocabulary.load().phrase(text).signal, steps).position_m
+        return rollout(simulation, BODY, network, Vocabulary.load().phrase(text).signal,
+                       steps).position_m
     finally:
         simulation.close()
 

@@ -2,6 +2,9 @@
 
 import json
 import signal
+import subprocess
+
+import pytest
 
 
 def test_an_accepted_word_exits_with_0_and_prints_the_answer(walking):
@@ -80,3 +83,30 @@ def test_the_console_without_a_brain_says_what_to_start(system):
     console.type('forward\n')
     assert console.wait() == 2
     assert 'ros2 run w2b_controller brain' in console.log
+
+
+def say(environment, *arguments, **variables):
+    """Run the installed `say` beside no brain."""
+    path = f'{environment["W2B_INSTALL"]}/w2b_controller/lib/w2b_controller/say'
+    return subprocess.run([path, *arguments], capture_output=True, timeout=30, check=False,
+                          env={**environment, **variables})
+
+
+@pytest.mark.parametrize('seconds', ['nan', '0', '-1', 'inf'])
+def test_a_timeout_that_is_none_is_a_usage_error(environment, seconds):
+    done = say(environment, 'stop', f'--timeout={seconds}')
+    assert done.returncode == 2
+    assert b'expected seconds above 0' in done.stderr
+
+
+def test_bytes_that_are_no_utf_8_are_refused_in_one_line(environment):
+    done = say(environment, b'for\xffward')
+    assert done.returncode == 1
+    assert done.stderr.decode().strip() == 'error: command: expected text in UTF-8, got other bytes'
+
+
+def test_a_ros_that_cannot_start_is_one_line(environment):
+    done = say(environment, 'stop', ROS_DOMAIN_ID='abc')
+    assert done.returncode == 2
+    assert done.stderr.startswith(b'error: ')
+    assert len(done.stderr.strip().splitlines()) == 1

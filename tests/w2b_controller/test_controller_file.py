@@ -22,6 +22,8 @@ SHIPPED = ('quadruped_all_engines', 'quadruped_sensors_off')
 MAX = 1e300
 numbers = st.floats(-MAX, MAX, allow_nan=False)
 names = st.text('abcdefghijklmnopqrstuvwxyz_0123456789', min_size=1, max_size=12)
+angles = st.floats(-6.28, 6.28)
+weights = st.floats(-1e6, 1e6)
 texts = st.text(st.characters(exclude_categories=['Cs', 'Cc', 'Zl', 'Zp']), max_size=20)
 values = st.recursive(st.none() | st.booleans() | st.integers(-2**60, 2**60) | numbers | texts,
                       lambda item: st.lists(item, max_size=3)
@@ -34,8 +36,8 @@ def controllers(draw: st.DrawFn) -> cf.Controller:
     joints = draw(st.lists(names, min_size=1, max_size=5, unique=True))
     motors = []
     for joint in joints:
-        lower, upper = sorted((draw(numbers), draw(numbers)))
-        motors.append(cf.Motor(joint, lower, upper, draw(st.floats(1e-9, MAX))))
+        lower, upper = sorted((draw(angles), draw(angles)))
+        motors.append(cf.Motor(joint, lower, upper, draw(st.floats(1e-9, 1e6))))
     sensors = draw(st.lists(st.one_of(
         names.map('touch:{}'.format), st.sampled_from(joints).map('position:{}'.format),
         st.sampled_from(joints).map('motor:{}'.format)), max_size=count, unique=True))
@@ -44,8 +46,8 @@ def controllers(draw: st.DrawFn) -> cf.Controller:
     return cf.Controller(
         body=draw(st.sampled_from(cf.BODIES)),
         network=Network(
-            draw(hnp.arrays(float, (hidden, hidden + 1 + len(sensors)), elements=numbers)),
-            draw(hnp.arrays(float, (len(motors), hidden), elements=numbers)),
+            draw(hnp.arrays(float, (hidden, hidden + 1 + len(sensors)), elements=weights)),
+            draw(hnp.arrays(float, (len(motors), hidden), elements=weights)),
             np.array([motor.time_constant for motor in motors])),
         sensors=tuple(sensors), motors=tuple(motors),
         period_s=draw(st.floats(1e-6, 10)),
@@ -99,6 +101,12 @@ TEXT = json.dumps(valid())
 NESTED = json.loads('[' * 200 + ']' * 200)
 #: Damage -> the file, and what the error must say.
 DAMAGE: dict[str, tuple[bytes, str]] = {
+    'a weight that overflows': (changed('network', 'hidden_weights', 0, 0, to=-1e308),
+                                r'hidden_weights: expected numbers of at most 1e\+06, got 1e\+308'),
+    'a limit of many turns': (changed('network', 'motors', 0, 'upper_rad', to=100.0),
+                              r'motors\[0\].upper_rad: expected limits of at most one turn'),
+    'a time constant that overflows': (changed('network', 'motors', 0, 'time_constant', to=1e300),
+                                       r'motors\[0\].time_constant: .*, got 1e\+300'),
     'empty': (b'', 'line 1: expected JSON, got Expecting value'),
     'truncated': (TEXT.encode()[:-100], 'expected JSON, got'),
     'not JSON': (b'network: 5', 'expected JSON'),
@@ -188,7 +196,7 @@ DAMAGE: dict[str, tuple[bytes, str]] = {
     'limit missing': (without('network', 'motors', 2, 'lower_rad'),
                       r'network\.motors\[2\]\.lower_rad: expected a finite number, got nothing'),
     'time constant zero': (changed('network', 'motors', 3, 'time_constant', to=0),
-                           r'motors\[3\]\.time_constant: expected more than 0, got 0'),
+                           r'motors\[3\]\.time_constant: expected more than 0 and at most .*got 0'),
     'motor a list': (changed('network', 'motors', 0, to=['front_hip', -1, 1, 1]),
                      r'network\.motors\[0\]: expected a JSON object, got a list'),
     'period zero': (changed('period_s', to=0), 'period_s: expected more than 0 .* got 0'),

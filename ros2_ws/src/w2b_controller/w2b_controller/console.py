@@ -9,7 +9,16 @@ from __future__ import annotations
 import argparse
 import sys
 
-from w2b_controller.say import UNANSWERED, Messenger, NoAnswerError, show
+from w2b_controller.ros_process import start_ros
+from w2b_controller.say import (
+    UNANSWERED,
+    Messenger,
+    NoAnswerError,
+    own,
+    readable,
+    seconds,
+    show,
+)
 
 PROMPT = 'say> '
 
@@ -24,18 +33,20 @@ def main() -> int:
 
 def _talk() -> int:
     import rclpy
-    from rclpy.signals import SignalHandlerOptions
-    from rclpy.utilities import remove_ros_args
     parser = argparse.ArgumentParser(prog='console', description='Talk to the brain.')
-    parser.add_argument('--timeout', type=float, default=10.0, metavar='S',
+    parser.add_argument('--timeout', type=seconds, default=10.0, metavar='S',
                         help='seconds to wait for an answer (default: %(default)s)')
-    options = parser.parse_args(remove_ros_args(sys.argv)[1:])
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    options = parser.parse_args(own(sys.argv))
+    if not start_ros():
+        return UNANSWERED
     node = rclpy.create_node('console')
     try:
         messenger = Messenger(node)
         while text := _line():
-            show(messenger.say(text, options.timeout))
+            if readable(text):
+                show(messenger.say(text, options.timeout))
+            else:
+                print('error: command: expected text in UTF-8, got other bytes', file=sys.stderr)
     except NoAnswerError as error:
         print(f'error: {error}', file=sys.stderr)
         return UNANSWERED

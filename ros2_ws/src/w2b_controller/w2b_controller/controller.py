@@ -21,6 +21,12 @@ BODIES = ('quadruped', 'quadruped_blind', 'minimal', 'spherical_1dof_sensors',
 SENSOR_KINDS = ('touch', 'position', 'motor')
 
 
+#: Beyond these a sum of weighted neurons could overflow, and the network would think NaN.
+MAX_WEIGHT = 1e6
+#: No hinge turns farther than once.
+MAX_ANGLE_RAD = 2 * np.pi
+
+
 class WordVectors(Protocol):
     """What gives words their vectors: a `Vocabulary`."""
 
@@ -118,8 +124,11 @@ class Controller:
             seen.add(motor.joint)
             expect(motor.lower_rad <= motor.upper_rad, f'{name}.upper_rad',
                    f'at least lower_rad, {motor.lower_rad!r}', motor.upper_rad)
-            expect(motor.time_constant > 0, f'{name}.time_constant', 'more than 0',
-                   motor.time_constant)
+            expect(max(-motor.lower_rad, motor.upper_rad) <= MAX_ANGLE_RAD, f'{name}.upper_rad',
+                   'limits of at most one turn, 6.2832 rad',
+                   max(-motor.lower_rad, motor.upper_rad))
+            expect(0 < motor.time_constant <= MAX_WEIGHT, f'{name}.time_constant',
+                   f'more than 0 and at most {MAX_WEIGHT:g}', motor.time_constant)
 
     def _check_sensors(self) -> None:
         joints = [motor.joint for motor in self.motors]
@@ -138,6 +147,8 @@ class Controller:
         for name, weights in (('hidden', hidden), ('motor', motor)):
             expect(bool(np.isfinite(weights).all()), f'network.{name}_weights', 'finite numbers',
                    Text('NaN or infinity'))
+            expect(bool((np.abs(weights) <= MAX_WEIGHT).all()), f'network.{name}_weights',
+                   f'numbers of at most {MAX_WEIGHT:g}', float(np.abs(weights).max()))
         count = len(hidden)
         expect(self.network.sensor_count == len(self.sensors), 'network.hidden_weights',
                f'rows of {count + 1 + len(self.sensors)} ({count} hidden neurons, 1 auditory, '

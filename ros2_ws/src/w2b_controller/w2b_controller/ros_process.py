@@ -55,6 +55,20 @@ class StopFlag:
         self.requested = True
 
 
+def start_ros() -> bool:
+    """Start ROS without its signal handlers; False, having said why in one line, if it cannot."""
+    import rclpy
+    from rclpy.exceptions import NameValidationException
+    from rclpy.impl.implementation_singleton import rclpy_implementation
+    from rclpy.signals import SignalHandlerOptions
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    except (rclpy_implementation.RCLError, NameValidationException) as error:
+        print(f'error: {" ".join(str(error).split())}', file=sys.stderr)
+        return False
+    return True
+
+
 def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> NoReturn:
     """
     Run the node that `make_node` builds until a signal or its own end; then end the process.

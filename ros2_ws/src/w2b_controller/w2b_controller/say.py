@@ -13,13 +13,14 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from w2b_controller.ros_process import StopFlag
+from w2b_controller.ros_process import StopFlag, start_ros
 
 if TYPE_CHECKING:
     from diagnostic_msgs.msg import DiagnosticStatus
     from rclpy.node import Node
 
-NO_BRAIN = 'no brain listens: start one with `ros2 run w2b_controller brain`'
+NO_BRAIN = ('no brain listens: start one with `ros2 run w2b_controller brain`, '
+            'or `scripts/ros_env brain` where ROS is not installed')
 FOLLOWED, REFUSED, UNANSWERED = 0, 1, 2
 
 
@@ -46,7 +47,9 @@ class Messenger:
             DiagnosticStatus, answer_topic, self._on_answer, LATCHED)
 
     def _on_answer(self, answer: DiagnosticStatus) -> None:
-        self._answer = answer
+        values = values_of(answer)
+        if values.get('received', '').isdigit() and 'text' in values:  # not a stranger's
+            self._answer = answer
 
     def say(self, text: str, timeout_s: float = 10.0) -> DiagnosticStatus:
         """
@@ -107,11 +110,30 @@ def show(answer: DiagnosticStatus) -> bool:
     return followed
 
 
+def seconds(text: str) -> float:
+    """Return a number of seconds above 0, for argparse."""
+    value = float(text)
+    if not 0 < value < float('inf'):
+        raise argparse.ArgumentTypeError(f'expected seconds above 0, got {text}')
+    return value
+
+
+def readable(text: str) -> bool:
+    """Return whether text came in as UTF-8: what did not cannot be sent."""
+    return not any('\ud800' <= character <= '\udfff' for character in text)
+
+
+def own(arguments: list[str]) -> list[str]:
+    """Return a command line's arguments that are not ROS's."""
+    end = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
+    return arguments[1:end]
+
+
 def _arguments(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog='say', description='Say a word to the brain and wait for its answer.')
     parser.add_argument('word', nargs='+', help='one word or several, heard in this order')
-    parser.add_argument('--timeout', type=float, default=10.0, metavar='S',
+    parser.add_argument('--timeout', type=seconds, default=10.0, metavar='S',
                         help='seconds to wait for a brain and its answer (default: %(default)s)')
     parser.add_argument('--json', action='store_true', help='print the answer as JSON')
     return parser.parse_args(arguments)
@@ -122,10 +144,12 @@ def main() -> int:
     stop = StopFlag()
     stop.install()
     import rclpy
-    from rclpy.signals import SignalHandlerOptions
-    from rclpy.utilities import remove_ros_args
-    options = _arguments(remove_ros_args(sys.argv)[1:])
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    if not all(map(readable, sys.argv)):
+        print('error: command: expected text in UTF-8, got other bytes', file=sys.stderr)
+        return REFUSED
+    options = _arguments(own(sys.argv))
+    if not start_ros():
+        return UNANSWERED
     node = rclpy.create_node('say')
     try:
         messenger = Messenger(node, interrupted=lambda: stop.requested)
