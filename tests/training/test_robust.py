@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from training import gate
-from training.champions import HELD_OUT, TRAINED, config_of, parse_seeds
+from training.champions import HELD_OUT, TRAINED, TRIED, config_of, parse_seeds
 from training.hidden_life import LATE, STEPS, live
 from training.listening import Listening, listen, newcomers, score
 from training.operators import Layout, random_genomes
@@ -235,6 +235,7 @@ def test_explosions_pass_no_gate():
 
 def test_champions_hold_out_what_they_claim():
     trained, held = dict(TRAINED), dict(HELD_OUT)
+    assert not (set(trained) | set(held)) & set(dict(TRIED))
     assert not set(trained) & set(held)
     assert held['halt'] == held['suspend'] == 'stop'
     for behaviour in DIRECTION:
