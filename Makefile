@@ -13,7 +13,8 @@ setup:           ## Make .venv with pinned requirements
 	@scripts/setup
 
 build: setup     ## Build the ROS 2 workspace with colcon
-	@. .venv/bin/activate && export AMENT_PREFIX_PATH="$$VIRTUAL_ENV" && cd ros2_ws && \
+	@unset PYTHONPATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH; \
+	    . .venv/bin/activate && export AMENT_PREFIX_PATH="$$VIRTUAL_ENV" && cd ros2_ws && \
 	    colcon --log-level error build --event-handlers console_cohesion- >../.venv/colcon.log 2>&1 \
 	    || { cat ../.venv/colcon.log; exit 1; }
 

@@ -49,6 +49,8 @@ def main() -> int:
     except (RuntimeError, ValueError, OSError) as error:
         console.print(f'demo: {error}', style='red', markup=False)
         return 1
+    except KeyboardInterrupt:
+        return 130
 
 
 def run(out: Path, controller_name: str, console: Console) -> int:
@@ -81,14 +83,16 @@ def run(out: Path, controller_name: str, console: Console) -> int:
         finally:
             rclpy.try_shutdown()
     failures += _show(console, motions, heard, answer, out)
+    for failure in failures:
+        console.print(f'demo: {failure}', style='red', markup=False)
+    if not motions:
+        return 1
     console.print('Drawing the robot ...')
     captions = {word: f'{word}: {"heard in training" if word in heard else "never heard before"}'
                 for word in motions}
     plot_paths(motions, heard, out / 'paths.png')
     draw_gif(body, robot.joint_names, motions, captions, out / 'robot.gif')
     console.print(f'Wrote {out}/paths.png, {out}/robot.gif, {out}/table.json')
-    for failure in failures:
-        console.print(f'demo: {failure}', style='red', markup=False)
     return 1 if failures else 0
 
 

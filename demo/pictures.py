@@ -44,7 +44,8 @@ def plot_paths(motions: Mapping[str, Motion], heard: set[str], path: Path) -> No
 def draw_gif(body: Body, joint_names: Sequence[str], motions: Mapping[str, Motion],
              captions: Mapping[str, str], path: Path) -> None:
     """Render the motions beside each other, two in a row; a disc marks where each began."""
-    with Camera(body, joint_names) as camera:
+    reach_m = max(float(np.abs(motion.positions_m[:, :2]).max()) for motion in motions.values())
+    with Camera(body, joint_names, distance_m=0.6 + reach_m) as camera:
         panels = {word: camera.film(motion, captions[word]) for word, motion in motions.items()}
     width, height = PANEL_PX
     rows = -(-len(panels) // 2)
@@ -61,7 +62,8 @@ def draw_gif(body: Body, joint_names: Sequence[str], motions: Mapping[str, Motio
 class Camera:
     """A PyBullet world that only poses the body and takes pictures of it."""
 
-    def __init__(self, body: Body, joint_names: Sequence[str]) -> None:
+    def __init__(self, body: Body, joint_names: Sequence[str], distance_m: float) -> None:
+        self._distance_m = distance_m
         self._client = pybullet.connect(pybullet.DIRECT)
         here = self._here = {'physicsClientId': self._client}
         pybullet.setAdditionalSearchPath(pybullet_data.getDataPath(), **here)
@@ -96,7 +98,7 @@ class Camera:
         for number, angle in zip(self._joints, motion.joints[stamp], strict=True):
             pybullet.resetJointState(self._robot, number, angle, **here)
         view = pybullet.computeViewMatrixFromYawPitchRoll(
-            [0.0, 0.0, 0.05], distance=1.55, yaw=0, pitch=-30, roll=0, upAxisIndex=2)
+            [0.0, 0.0, 0.05], distance=self._distance_m, yaw=0, pitch=-30, roll=0, upAxisIndex=2)
         lens = pybullet.computeProjectionMatrixFOV(50, width / height, 0.05, 20)
         pixels = pybullet.getCameraImage(
             width, height, view, lens, shadow=1, lightDirection=(1, -1, 2),

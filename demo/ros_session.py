@@ -16,6 +16,9 @@ from types import TracebackType
 DOMAINS = range(1, 102)
 FIRST_DISCOVERY_PORT, PORTS_PER_DOMAIN, UNICAST_OFFSET = 7400, 250, 10
 
+#: What would lead out of the domain.
+FOREIGN = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER', 'ROS_LOCALHOST_ONLY', 'ROS_NAMESPACE')
+
 
 def free_domain() -> int:
     """Return a ROS domain whose first participant's port nobody holds (RTPS 2.3, section 9.6)."""
@@ -40,13 +43,16 @@ class RosSession:
     def __init__(self, log_folder: Path) -> None:
         self.log_folder = log_folder
         self.environment: Mapping[str, str] = {
-            **os.environ, 'ROS_DOMAIN_ID': str(free_domain()),
+            **{name: value for name, value in os.environ.items() if name not in FOREIGN},
+            'ROS_DOMAIN_ID': str(free_domain()),
             'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
             'PYTHONUNBUFFERED': '1'}
         self._processes: list[tuple[str, subprocess.Popen[bytes]]] = []
 
     def __enter__(self) -> RosSession:
         self.log_folder.mkdir(parents=True, exist_ok=True)
+        for name in FOREIGN:
+            os.environ.pop(name, None)
         os.environ.update(self.environment)
         return self
 

@@ -23,7 +23,10 @@ def slightly_different_starts(count):
             for _ in range(count)]
 
 
-@pytest.mark.parametrize('name', ['quadruped_sensors_off', 'quadruped_all_engines'])
+QUADRUPEDS = [name for name in controller_file.shipped_names() if name.startswith('quadruped')]
+
+
+@pytest.mark.parametrize('name', QUADRUPEDS)
 def test_a_robust_champion_obeys_from_slightly_different_starts(name):
     controller = controller_file.load(controller_file.shipped(name))
     assert 'halt' not in {trained.word for trained in controller.words}
