@@ -45,7 +45,7 @@ def draw_gif(body: Body, joint_names: Sequence[str], motions: Mapping[str, Motio
              captions: Mapping[str, str], path: Path) -> None:
     """Render the motions beside each other, two in a row; a disc marks where each began."""
     reach_m = max(float(np.abs(motion.positions_m[:, :2]).max()) for motion in motions.values())
-    with Camera(body, joint_names, distance_m=0.6 + reach_m) as camera:
+    with Camera(body, joint_names, distance_m=0.9 + reach_m) as camera:
         panels = {word: camera.film(motion, captions[word]) for word, motion in motions.items()}
     width, height = PANEL_PX
     rows = -(-len(panels) // 2)
