@@ -24,6 +24,7 @@ from training.study_directory import StudyDirectory, StudyError
 from training.study_fields import ConfigError
 from training.study_progress import Display, Running
 from training.study_tasks import Task, TaskResult, rescored, run_config
+from training.treatments import WORD_SETS
 from training.vectors import vectors
 
 
@@ -56,6 +57,8 @@ def prepare(config: StudyConfig, study: StudyDirectory) -> dict[str, Any]:
     try:
         for run in {(run.word_set, run.body, run.treatment): run for run in config.runs()}.values():
             run_config(config, run)
+        for word_set in {run.word_set for run in config.runs()}:
+            vectors(config.vocabulary, (word for word, _ in chain(*WORD_SETS[word_set])))
         if config.robustness.lexicon:
             vectors(config.vocabulary, chain.from_iterable(load_lexicon().values()))
         return identity(config)
