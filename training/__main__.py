@@ -14,14 +14,16 @@ from collections.abc import Sequence
 
 #: Command -> (module, what it does). A command's own --help says more.
 COMMANDS = {
-    'evolve': ('training.evolve', 'one evolutionary run: words in, a controller file out'),
-    'champions': ('training.champions', 'evolve robust controllers, gate them in PyBullet'),
-    'ablation': ('training.ablation', 'how robustness grows with each means of the robust mode'),
-    'study': ('training.study', 'the whole study of the paper, or a part of it'),
-    'report': ('training.report', "a study's tables and figures as one HTML file"),
-    'robustness': ('training.robustness', "re-score a study's champions elsewhere"),
-    'fidelity': ('training.fidelity', 'how closely the engines repeat recorded traces'),
-    'bench': ('training.bench', 'evaluations a second of the engines'),
+    'evolve': ('training.evolution.evolve',
+               'one evolutionary run: words in, a controller file out'),
+    'champions': ('training.robust.champions', 'evolve robust controllers, gate them in PyBullet'),
+    'ablation': ('training.robust.ablation',
+                 'how robustness grows with each means of the robust mode'),
+    'study': ('training.study.command', 'the whole study of the paper, or a part of it'),
+    'report': ('training.report.command', "a study's tables and figures as one HTML file"),
+    'robustness': ('training.study.robustness', "re-score a study's champions elsewhere"),
+    'fidelity': ('training.measure.fidelity', 'how closely the engines repeat recorded traces'),
+    'bench': ('training.measure.bench', 'evaluations a second of the engines'),
 }
 
 

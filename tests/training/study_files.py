@@ -11,11 +11,11 @@ from typing import Any
 import yaml
 
 from training.__main__ import main
-from training.study_config import StudyConfig, parse_config
-from training.study_directory import StudyDirectory, locked
-from training.study_progress import Display
-from training.study_runner import Report, run_study
-from training.study_tasks import TaskResult, perform
+from training.study.config import StudyConfig, parse_config
+from training.study.directory import StudyDirectory, locked
+from training.study.progress import Display
+from training.study.runner import Report, run_study
+from training.study.tasks import TaskResult, perform
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -1,0 +1,127 @@
+"""The command, as a process: real engine, real kills."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from training.__main__ import COMMANDS, main
+from training.evolution.evolve import parse_words
+
+ROOT = Path(__file__).resolve().parents[3]
+#: Two words, so that PyBullet gets through a generation in a second.
+SMALL = ['--body', 'minimal', '--words', 'forward=forward,stop=stop', '--held-out', 'halt=stop',
+         '--engine', 'pybullet', '--population', '2', '--seed', '5']
+
+
+def command(*options):
+    packages = [str(ROOT / 'ros2_ws' / 'src' / name) for name in (
+        'w2b_controller', 'w2b_sim', 'w2b_hw')]
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(ROOT), *packages])}
+    return subprocess.Popen(
+        [sys.executable, '-m', 'training', *options], env=environment, text=True, cwd=ROOT,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def finish(process, deadline_s=240):
+    out, errors = process.communicate(timeout=deadline_s)
+    return process.returncode, out, errors
+
+
+@pytest.fixture(scope='module')
+def unbroken(tmp_path_factory):
+    directory = tmp_path_factory.mktemp('unbroken')
+    code, out, errors = finish(command('evolve', *SMALL, '--generations', '5', '--out',
+                                       str(directory)))
+    assert code == 0, errors
+    return directory, out, errors
+
+
+def test_a_run_ends_with_a_table_and_a_controller_file(unbroken):
+    directory, out, _errors = unbroken
+    assert 'champion: fitness' in out
+    assert 'halt' in out
+    champion = json.loads((directory / 'champion.json').read_text())
+    assert champion['body'] == 'minimal'
+    assert champion['record']['engine'] == 'pybullet'
+    with np.load(directory / 'statistics.npz') as statistics:
+        best = statistics['best_fitness']
+    assert len(best) == 5
+    assert best[-1] > best[0], 'fitness rises'
+
+
+def test_killed_runs_on_two_processes_end_in_the_same_champion(unbroken, tmp_path):
+    """SIGKILL after the first checkpoint, twice; then to the end, with another process count."""
+    options = ('evolve', *SMALL, '--generations', '5', '--out', str(tmp_path),
+               '--checkpoint-generations', '1', '--threads')
+    checkpoint = tmp_path / 'checkpoint.npz'
+    done = []
+    for _ in range(2):
+        before = checkpoint.stat().st_mtime_ns if checkpoint.exists() else 0
+        process = command(*options, '2')
+        deadline = time.monotonic() + 120
+        while not (checkpoint.exists() and checkpoint.stat().st_mtime_ns > before):
+            assert process.poll() is None, process.communicate()[1]
+            assert time.monotonic() < deadline, 'no checkpoint'
+            time.sleep(0.02)
+        process.send_signal(signal.SIGKILL)
+        assert finish(process)[0] == -signal.SIGKILL
+        with np.load(checkpoint) as state:
+            done.append(int(state['counters'][0]))
+    assert 0 < done[0] <= done[1] < 5, 'killed under way'
+    code, _out, errors = finish(command(*options, '1'))
+    assert code == 0, errors
+    assert (tmp_path / 'champion.json').read_bytes() == (
+        unbroken[0] / 'champion.json').read_bytes()
+
+
+@pytest.mark.parametrize(('options', 'message'), [
+    (['--body', 'snake'], "body: expected one of quadruped, .* got 'snake'"),
+    (['--words', 'forward'], "expected WORD=BEHAVIOUR,..., got 'forward'"),
+    (['--words', 'forward=fly'], "got 'fly'"),
+    (['--words', 'forward=forward', '--word-set', 'paper'], 'exclude each other'),
+    (['--held-out', 'halt=stop'], '--held-out needs --words'),
+    (['--generations', '0'], 'generations: expected an integer >= 1, got 0'),
+    (['--threads', '0'], 'threads: expected at least 1, got 0'),
+    (['--checkpoint-seconds', '0'], 'checkpoint interval: expected a positive number'),
+    (['--engine', 'pybullet', '--precision', 'float64'], 'always computes in double'),
+    (['--words', 'fforward=forward,stop=stop'], 'fforward'),
+    (['--vocabulary', '/nowhere.bin'], '/nowhere.bin'),
+])
+def test_bad_options_are_one_line_errors(options, message, tmp_path, capsys):
+    code = main(['evolve', '--out', str(tmp_path / 'run'), *options])
+    errors = capsys.readouterr().err
+    assert code == 2
+    assert errors.startswith('evolve: ')
+    assert errors.count('\n') == 1
+    assert re.search(message, errors), errors
+
+
+def test_contradicting_options_are_refused(unbroken, capsys):
+    code = main(['evolve', *SMALL, '--generations', '5', '--out', str(unbroken[0]),
+                 '--objective', 'paper'])
+    assert code == 2
+    assert "objective: it has 'program', asked 'paper'" in capsys.readouterr().err
+
+
+def test_word_lists():
+    assert parse_words('go=forward, back = backward') == (('go', 'forward'), ('back', 'backward'))
+    for bad in ('', 'go', 'go=', '=forward', 'go=forward,,'):
+        with pytest.raises(ValueError, match='expected WORD=BEHAVIOUR'):
+            parse_words(bad)
+
+
+def test_help_lists_every_command(capsys):
+    with pytest.raises(SystemExit) as leaving:
+        main(['--help'])
+    assert leaving.value.code == 0
+    out = capsys.readouterr().out
+    for name in COMMANDS:
+        assert name in out

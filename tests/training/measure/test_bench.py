@@ -1,0 +1,38 @@
+"""The bench command: its JSON, with the smallest workload that has one."""
+
+import argparse
+import json
+
+import pytest
+
+from training.measure import bench
+
+
+def test_the_json_has_every_figure(monkeypatch, capsys):
+    for name, small in (('CONTROLLERS', 4), ('ROUNDS', 1), ('PYBULLET_EVALUATIONS', 1),
+                        ('EVOLUTION_GENERATIONS', 2)):
+        monkeypatch.setattr(bench, name, small)
+    parser = argparse.ArgumentParser()
+    bench.add_arguments(parser)
+    assert bench.main(parser.parse_args(['--json', '--body', 'quadruped'])) == 0
+    result = json.loads(capsys.readouterr().out)
+    rates = result['bodies']['quadruped']
+    assert set(rates) == {'batched_f32', 'batched_f64', 'pybullet', 'ratio_f32'}
+    assert rates['ratio_f32'] == pytest.approx(rates['batched_f32'] / rates['pybullet'])
+    assert rates['batched_f32'] > 20 * rates['pybullet']
+    assert result['two_core_scaling'] > 0
+    shares = result['evolve_shares']
+    assert shares['engine'] == pytest.approx(shares['physics'] + shares['priming'])
+    assert 0 < sum(shares[name] for name in ('engine', 'evolution', 'checkpoint')) <= 1.001
+
+
+def test_a_prototype_that_is_not_one_is_a_one_line_error(tmp_path, capsys, monkeypatch):
+    for name in ('measure', 'two_core_scaling', 'evolve_shares'):
+        monkeypatch.setattr(bench, name, lambda body: {})
+    library = tmp_path / 'prototype.so'
+    library.write_text('not a library')
+    parser = argparse.ArgumentParser()
+    bench.add_arguments(parser)
+    args = parser.parse_args(['--json', '--body', 'quadruped', '--prototype', str(library)])
+    assert bench.main(args) == 2
+    assert 'not a built prototype' in capsys.readouterr().err

@@ -1,0 +1,110 @@
+"""From outcomes to comparisons, rates and verdicts, on results whose answers are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.training.report.report_data import tables
+from training.report import behaviour
+from training.report.comparisons import comparisons, panels, per_run, right, select, thresholds_m
+from training.report.findings import CONSISTENT, IN_PART, NOT, REPLICATES, UNTESTED, findings
+from training.report.published import COMPARISONS, FITNESS, TITLES
+from training.report.statistics import compare_all
+
+WHOLE = {**{('paper', body): 1.0 for body in TITLES}, ('balanced', 'quadruped'): 1.0}
+
+
+@pytest.fixture(scope='module')
+def store() -> dict[str, pd.DataFrame]:
+    return tables(WHOLE)
+
+
+def test_the_papers_fifty_six_comparisons_are_made(store: dict[str, pd.DataFrame]) -> None:
+    made = comparisons(per_run(store['runs'], store['outcomes']))
+    assert len(made) == COMPARISONS == 56
+    assert len({(one.panel, one.question) for one in made}) == 56
+
+
+def test_a_run_enters_a_sample_once_in_body_lengths() -> None:
+    small = tables({('paper', 'quadruped'): 1.0}, seeds=2)
+    table = per_run(small['runs'], small['outcomes'])
+    run = table.run.iloc[0]
+    rows = small['outcomes'][small['outcomes'].run == run]
+    moves = rows[(rows.role == 'trained') & (rows.behaviour != 'stop')].displacement_m
+    assert table.move.iloc[0] == pytest.approx(moves.mean() / 0.1)
+    stops = rows[(rows.role == 'trained') & (rows.behaviour == 'stop')].displacement_m
+    assert len(stops) == 3
+    assert table['stop'].iloc[0] == pytest.approx(stops.mean() / 0.1)
+    assert table.forward_m.iloc[0] > 0
+    assert table.backward_m.iloc[0] > 0
+    assert len(table) == 4
+
+
+def test_panels_stand_in_the_papers_order(store: dict[str, pd.DataFrame]) -> None:
+    shuffled = store['runs'].sample(frac=1, random_state=0)
+    assert panels(shuffled) == [*(('paper', body) for body in FITNESS), ('balanced', 'quadruped')]
+    assert len(select(shuffled, ('paper', 'minimal'), 'control')) == 12
+
+
+def test_right_is_right() -> None:
+    classes = pd.Series(['forward', 'forward', 'backward', 'stop', 'stop', 'stop', 'forward'])
+    x = pd.Series([0.3, 0.1, -0.3, 0.0, 0.25, np.nan, 5.0])
+    y = pd.Series([9.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0])
+    step = pd.Series([0.01] * 6 + [0.5])
+    judged = right(classes, x, np.hypot(x, y), step, pd.Series([0.2] * 7))
+    assert judged.tolist() == [True, False, True, True, False, False, False]
+
+
+def test_rates_and_their_baseline(store: dict[str, pd.DataFrame]) -> None:
+    limits = thresholds_m(per_run(store['runs'], store['outcomes']))
+    assert limits['quadruped'] == pytest.approx(0.25, rel=0.1)
+    own = behaviour.own_words(store['outcomes'], store['robustness'], limits)
+    held_out = own[own.question == 'held out'].groupby('treatment').rate.mean()
+    assert held_out.to_dict() == {'control': 0.0, 'experimental': 1.0}
+    assert (own[own.question == 'forward'].rate == 1).all()
+    rates = behaviour.lexicon(store['robustness'], limits)
+    stop = rates[rates.behaviour == 'stop'].groupby('treatment')[['synonyms', 'unrelated']].mean()
+    # Control champions are right on every stop word, and deserve no credit for it.
+    assert stop.loc['control'].tolist() == [1.0, 1.0]
+    assert stop.loc['experimental'].tolist() == [1.0, 0.0]
+    selectivity = behaviour.selectivity(rates).groupby('treatment').selectivity.mean()
+    assert selectivity.to_dict() == {'control': 0.0, 'experimental': 1.0}
+    words = behaviour.by_word(store['robustness'], limits)
+    assert set(words.columns) >= {'word', 'forward', 'backward', 'stop'}
+
+
+def test_verdicts_follow_their_rules(store: dict[str, pd.DataFrame]) -> None:
+    table = per_run(store['runs'], store['outcomes'])
+    verdicts = {one.claim[:45]: one for one in findings(
+        compare_all(comparisons(table)), table)}
+    assert verdicts['Robots move more under the move than under th'].verdict == REPLICATES
+    assert verdicts['No body shows a difference between word2vec a'].verdict == CONSISTENT
+    # In all six bodies, where the paper has four: at least as much as it claims.
+    assert verdicts['Under the unheard stop word, word2vec robots '].verdict == REPLICATES
+    # Here only control moves under the unheard word, and in the quadruped too.
+    assert verdicts['Robots move more under the unheard than under'].verdict == NOT
+    assert verdicts['Training performance differs between the trea'].verdict == IN_PART
+    assert verdicts['Balanced set, control: more movement under th'].verdict == REPLICATES
+    assert verdicts['Balanced set, word2vec: no difference between'].verdict == CONSISTENT
+    assert verdicts['Balanced set, control: almost as much movemen'].verdict == REPLICATES
+    assert len(verdicts) == 9
+
+
+def test_claims_about_six_bodies_are_not_judged_on_one() -> None:
+    small = tables({('paper', 'quadruped'): 1.0})
+    table = per_run(small['runs'], small['outcomes'])
+    found = findings(compare_all(comparisons(table)), table)
+    untested = [one for one in found if one.verdict == UNTESTED]
+    assert len(untested) == 3
+    assert all('2DOF sphere without sensors' in one.here for one in untested)
+
+
+def test_too_few_runs_decide_nothing() -> None:
+    small = tables(WHOLE, seeds=6)
+    table = per_run(small['runs'], small['outcomes'])
+    found = findings(compare_all(comparisons(table)), table)
+    # 6 against 6: p is at least 2 / C(12, 6) = 0.0022, and 56 times that after correction.
+    assert all(one.verdict == UNTESTED and 'cannot give a corrected p below 0.12' in one.here
+               for one in found[:-1])

@@ -1,0 +1,176 @@
+"""The report: complete, self-contained, the same for the same results, with the paper's values."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.training.report.report_data import tables
+from tests.training.study_files import main_command, plain, run_inline
+from training.evolution.vectors import vectors
+from training.report import figures, figures_robustness
+from training.report import tables as report_tables
+from training.report.comparisons import comparisons, panels, per_run
+from training.report.published import COMMANDS, COSINES, FITNESS, TITLES
+from training.report.statistics import compare_all, median_interval
+
+WHOLE = {**{('paper', body): 1.0 for body in TITLES}, ('balanced', 'quadruped'): 1.0}
+
+
+@pytest.fixture(scope='module')
+def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report of a study on the real engine: two treatments of the quadruped, both word sets."""
+    study = tmp_path_factory.mktemp('report') / 'study'
+    experiment = plain()['experiments'][0]
+    run_inline(plain(experiments=[{**experiment, 'seeds': 2},
+                                  {**experiment, 'words': 'balanced', 'seeds': 2}]), study)
+    assert main_command('report', study) == 0
+    return study / 'report'
+
+
+class Page(HTMLParser):
+    """Collects what a page refers to, and checks that its tags match."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sources: list[str] = []
+        self.headings: list[str] = []
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        if tag not in ('meta', 'img', 'br', 'link'):
+            self.open.append(tag)
+        self.sources += [value or '' for name, value in attributes if name in ('src', 'href')]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] == 'h2':
+            self.headings.append(data)
+
+
+def test_the_page_needs_nothing_beside_it(reported: Path) -> None:
+    text = (reported / 'report.html').read_text(encoding='utf-8')
+    page = Page()
+    page.feed(text)
+    assert page.open == []
+    assert len(page.sources) == 7
+    assert all(source.startswith('data:image/png;base64,') for source in page.sources)
+    assert 'http' not in re.sub(r'data:image/png;base64,[^"]*', '', text)
+    for heading in ('What replicates', 'What differs from the paper', 'Figure 4', 'Figures 5 and 6',
+                    'Table III', 'Tables I and II', 'elsewhere', 'All comparisons', 'Time'):
+        assert any(heading in found for found in page.headings), heading
+    assert 'nan' not in re.sub(r'data:image/png;base64,[^"]*', '', text).lower().split()
+
+
+def test_every_figure_comes_as_png_and_pdf(reported: Path) -> None:
+    names = {path.stem for path in (reported / 'figures').glob('*.png')}
+    assert names == {'fitness', 'priming', 'displacement', 'balanced', 'conditions', 'lexicon',
+                     'similarity'}
+    for name in names:
+        assert (reported / 'figures' / f'{name}.pdf').read_bytes().startswith(b'%PDF')
+        picture = matplotlib.image.imread(reported / 'figures' / f'{name}.png')
+        assert picture.shape[0] > 300
+        assert picture[..., :3].std() > 0.01, 'not blank'
+
+
+def test_the_same_results_give_the_same_report(reported: Path, tmp_path: Path) -> None:
+    assert main_command('report', reported.parent, '--out', tmp_path) == 0
+    for name in ('report.html', 'summary.md', 'comparisons.csv', 'figures/displacement.pdf'):
+        assert (tmp_path / name).read_bytes() == (reported / name).read_bytes(), name
+
+
+def test_the_summary_has_every_comparison_and_the_papers_numbers(reported: Path) -> None:
+    text = (reported / 'summary.md').read_text(encoding='utf-8')
+    rows = pd.read_csv(reported / 'comparisons.csv')
+    assert len(rows) == 2 * 9
+    assert {'p', 'p, Holm', 'method', 'rank-biserial', 'common language', 'U'} <= set(rows.columns)
+    assert '1.84 (0.07)' in text
+    assert '0.42 (0.42)' in text
+    assert 'no runs of: Minimal' in text
+
+
+def test_a_study_without_runs_is_an_error(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main_command('report', tmp_path) == 2
+    assert 'no study here' in capsys.readouterr().err
+
+
+def test_table_1_is_the_papers_to_two_decimals() -> None:
+    table, largest = report_tables.table_1(vectors('default', COMMANDS))
+    assert largest < 0.005
+    for row, values in zip(COMMANDS, COSINES, strict=False):
+        for column, value in zip(COMMANDS[COMMANDS.index(row) + 1:], values, strict=True):
+            assert table.loc[row, column] == f'{value:.2f} ({value:.2f})'
+
+
+def test_permuted_vectors_are_nearly_at_right_angles() -> None:
+    cosines = report_tables.permuted_cosines(vectors('default', COMMANDS), range(20))
+    upper = cosines[:, *np.triu_indices(6, 1)]
+    # Two random directions in 300 dimensions: standard deviation 1 / sqrt(300).
+    assert upper.std() == pytest.approx(300 ** -0.5, rel=0.2)
+    assert abs(upper.mean()) < 0.02
+
+
+def test_table_3_stands_beside_the_papers() -> None:
+    store = tables(WHOLE)
+    table = per_run(store['runs'], store['outcomes'])
+    rows = report_tables.table_3(table, compare_all(comparisons(table))).set_index('robot')
+    assert rows.loc['Minimal', 'C, paper'] == '5.30 (0.06)'
+    assert rows.loc['Quadruped, balanced set', 'C, paper'] == ''
+    median = select_median(table, 'minimal', 'control')
+    assert rows.loc['Minimal', 'C, here'].startswith(f'{median:.2f} (')
+
+
+def select_median(table: pd.DataFrame, body: str, treatment: str) -> float:
+    rows = table[(table.body == body) & (table.treatment == treatment)]
+    return float(rows.fitness.median())
+
+
+def test_the_projection_is_for_the_papers_study() -> None:
+    rows, hours = report_tables.timing(tables(WHOLE)['runs'])
+    # 25.5 s for 100 generations in the median; 1,400 runs of 6,000.
+    assert hours == pytest.approx(1400 * 60 * 25.5 / 3600, rel=1e-6)
+    assert len(rows) == 7
+    # Of a busy machine, the CPU time tells more.
+    busy = tables(WHOLE)['runs'].assign(cpu_s=10.0)
+    assert report_tables.timing(busy)[1] == pytest.approx(1400 * 60 * 10 / 3600, rel=1e-3)
+    assert report_tables.timing(tables({('paper', 'minimal'): 1.0})['runs'])[1] is None
+
+
+def test_bars_are_the_medians_with_their_intervals() -> None:
+    store = tables(WHOLE)
+    table = per_run(store['runs'], store['outcomes'])
+    tested = compare_all(comparisons(table))
+    figure = figures.bars(table, tested, panels(store['runs'])[:6])
+    axes = figure.axes[1]
+    assert 'Minimal' in axes.get_title(loc='left')
+    heights = sorted(patch.get_height() for patch in axes.patches)
+    rows = table[(table.word_set == 'paper') & (table.body == 'minimal')]
+    expected = sorted(rows.groupby('treatment')[['move', 'stop', 'test']].median().to_numpy().flat)
+    assert heights == pytest.approx(expected)
+    low, high = median_interval(rows[rows.treatment == 'control'].move)
+    ends = [tuple(segment[:, 1]) for container in axes.containers
+            for line in getattr(container, 'lines', [()])[2:] for bar in line
+            for segment in bar.get_segments()]
+    assert any(end == pytest.approx((low, high)) for end in ends)
+    texts = [text.get_text() for text in axes.texts]
+    # E against C under the unheard word, and both treatments' move against stop.
+    assert texts.count('***') + texts.count('**') >= 3
+
+
+def test_intervals_of_a_rate_stay_within_it() -> None:
+    mean, low, high = figures_robustness.mean_interval(np.array([0.0, 1.0, 1.0, 1.0]))
+    assert 0 <= low <= mean <= high <= 1
+    assert figures_robustness.mean_interval(np.ones(3)) == (1.0, 1.0, 1.0)
+
+
+def test_the_papers_bodies_have_titles() -> None:
+    assert set(FITNESS) == set(TITLES)

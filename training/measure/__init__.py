@@ -1,0 +1,1 @@
+"""What the engines are worth: fidelity to recorded traces, evaluations a second."""

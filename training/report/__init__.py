@@ -1,0 +1,1 @@
+"""A study's report: statistics, figures, findings and tables. On `study` and `evolution`."""

@@ -1,0 +1,78 @@
+"""
+How often a champion does what a word asks for, and how often it does so for words that do not ask.
+
+Rates are per champion; the report shows their mean over an arm's champions. The chance baseline is
+what a champion does under unrelated words: one that stops for half of all words is right on half
+of the stop words by chance. *Selectivity* is the difference of the two.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from training.report.comparisons import right
+
+BEHAVIOURS = ('forward', 'backward', 'stop')
+KEYS = ['run', 'word_set', 'body', 'treatment']
+
+
+def _judged(rows: pd.DataFrame, asked: pd.Series, thresholds: dict[str, float]) -> pd.Series:
+    return right(asked, rows.final_x_m.astype(float), rows.displacement_m.astype(float),
+                 rows.largest_step_m.astype(float), rows.body.map(thresholds)).astype(float)
+
+
+def own_words(outcomes: pd.DataFrame, robustness: pd.DataFrame,
+              thresholds: dict[str, float]) -> pd.DataFrame:
+    """
+    Return each champion's rate of right behaviour under its own words, by condition.
+
+    One row a run, condition (`as evolved`, `perturbed`, `pybullet`) and question (`forward`,
+    `backward`, `stop`, or `held out`), in the column `rate`.
+    """
+    evolved = outcomes.rename(columns={'behaviour': 'word_class'}).assign(condition='as evolved')
+    columns = [*KEYS, 'condition', 'word_class', 'role', 'final_x_m', 'displacement_m',
+               'largest_step_m']
+    rows = pd.concat([evolved[columns],
+                      robustness[robustness.condition != 'lexicon'][columns]])
+    rows['rate'] = _judged(rows, rows.word_class, thresholds)
+    rows['question'] = np.where(rows.role == 'held_out', 'held out', rows.word_class)
+    return rows.groupby([*KEYS, 'condition', 'question'], as_index=False).rate.mean()
+
+
+def lexicon(robustness: pd.DataFrame, thresholds: dict[str, float]) -> pd.DataFrame:
+    """
+    Return each champion's rates under the lexicon's words.
+
+    One row a run and behaviour: `synonyms`, the share of the behaviour's synonyms under which it
+    is shown; `unrelated`, the share of unrelated words under which it is shown all the same.
+    """
+    rows = robustness[robustness.condition == 'lexicon']
+    parts = []
+    for behaviour in BEHAVIOURS:
+        asked = pd.Series(behaviour, index=rows.index)
+        shown = rows.assign(shown=_judged(rows, asked, thresholds))
+        rate = {name: shown[shown.word_class == word_class].groupby(KEYS).shown.mean()
+                for name, word_class in (('synonyms', behaviour), ('unrelated', 'unrelated'))}
+        parts.append(pd.DataFrame(rate).reset_index().assign(behaviour=behaviour))
+    return pd.concat(parts, ignore_index=True)
+
+
+def selectivity(rates: pd.DataFrame) -> pd.DataFrame:
+    """Return one row a run: rate on stop synonyms minus rate on unrelated words."""
+    stop = rates[rates.behaviour == 'stop']
+    return stop.assign(selectivity=stop.synonyms - stop.unrelated)[[*KEYS, 'selectivity']]
+
+
+def by_word(robustness: pd.DataFrame, thresholds: dict[str, float]) -> pd.DataFrame:
+    """
+    Return how the champions of each body and treatment act under each word of the lexicon.
+
+    Columns forward, backward, stop: the share of champions that show the behaviour.
+    """
+    rows = robustness[robustness.condition == 'lexicon']
+    shares = {behaviour: _judged(rows, pd.Series(behaviour, index=rows.index), thresholds)
+              for behaviour in BEHAVIOURS}
+    keys = ['word_set', 'body', 'treatment', 'word', 'word_class']
+    return rows.assign(**shares).groupby(keys, as_index=False)[list(BEHAVIOURS)].mean()
+

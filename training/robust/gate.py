@@ -1,0 +1,162 @@
+"""
+The gate: a controller ships only if it obeys in PyBullet, from starts it has never seen.
+
+PyBullet is the reference engine, and not the one that evolution ran in: a controller that lives off
+an exact sequence of contacts does not get through. Robots that PyBullet throws hundreds of metres
+away count as failures, never as far walkers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from training.evolution.starts import slightly_different
+from training.evolution.treatments import GATE, Words, generator
+from w2b_controller.network import Network
+from w2b_sim.bodies.model import Body
+from w2b_sim.engines.interface import Evaluation, Evaluator
+from w2b_sim.worlds import World
+
+Array = NDArray[np.float64]
+
+STARTS = 20
+#: Farther than this within one evaluation is an explosion of the simulator.
+EXPLODED_M = 10.0
+#: 90 % of the starts must stay this close under every stop word.
+STOP_DISTANCE_M = 0.1
+
+
+@dataclass(frozen=True)
+class Row:
+    """One word: `median_x_m`, and the 90th percentile of the final distance, over the starts."""
+
+    word: str
+    behaviour: str
+    trained: bool
+    median_x_m: float
+    lower_quartile_x_m: float
+    upper_quartile_x_m: float
+    p90_distance_m: float
+    median_path_m: float
+    explosions: int
+    passed: bool
+    required: bool = True
+
+
+def gate(network: Network, body: Body, world: World, words: Words, held_out: Words,
+         vectors: Mapping[str, ArrayLike], *, move_m: float, starts: int = STARTS, seed: int = 0,
+         processes: int = 1, evaluator: Evaluator | None = None,
+         optional: Collection[str] = ()) -> tuple[Row, ...]:
+    """
+    Return one row a word: how `network` (one controller) obeys in PyBullet from drawn starts.
+
+    Parameters
+    ----------
+    network, body, world
+        What is judged, and where.
+    words, held_out
+        (word, behaviour) pairs, trained and never heard.
+    vectors
+        Word -> vector (T,).
+    move_m
+        How far the median start must get along x, in the right direction, under a move word.
+    starts, seed
+        How many slightly different starts, drawn from which seed.
+    processes
+        Of PyBullet.
+    evaluator
+        Instead of PyBullet, of the same body and world.
+    optional
+        Held-out stop words that are told and not required.
+
+    """
+    from training.evolution.engines import make_evaluator
+
+    judge = evaluator or make_evaluator('pybullet', body, world, threads=processes)
+    drawn = slightly_different(generator(seed, GATE), starts)
+    pairs = words + held_out
+    signals = np.array([np.asarray(vectors[word], dtype=np.float64) for word, _asked in pairs])
+    batch = Network(network.hidden_weights[None], network.motor_weights[None],
+                    network.motor_time_constants)
+    try:
+        outcome = judge.evaluate(batch, signals, drawn)
+    finally:
+        close: Callable[[], None] | None = getattr(judge, 'close', None)
+        if evaluator is None and close is not None:
+            close()
+    return rows(outcome, words, held_out, move_m, optional)
+
+
+def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float,
+         optional: Collection[str] = ()) -> tuple[Row, ...]:
+    """
+    Return the gate's rows for the outcome (1, W, K) of one controller.
+
+    Required are the trained words and the held-out stop words that are not `optional`.
+    """
+    table = []
+    for index, (word, behaviour) in enumerate(words + held_out):
+        position = outcome.final_position_m[0, index]
+        distance = np.hypot(position[:, 0], position[:, 1])
+        exploded = ~(distance <= EXPLODED_M)
+        # An explosion is no progress, and no stop.
+        x = np.where(exploded, 0.0, position[:, 0])
+        distance = np.where(exploded, np.inf, distance)
+        median, low, high = (float(value) for value in np.quantile(x, [0.5, 0.25, 0.75]))
+        ordered = np.sort(distance)
+        p90 = float(ordered[int(np.ceil(0.9 * len(ordered))) - 1])
+        passed = {'forward': median >= move_m, 'backward': median <= -move_m,
+                  'stop': p90 <= STOP_DISTANCE_M}[behaviour]
+        table.append(Row(word, behaviour, index < len(words), median, low, high, p90,
+                         float(np.median(np.where(exploded, 0.0, outcome.path_length_m[0, index]))),
+                         int(exploded.sum()), passed,
+                         index < len(words) or (behaviour == 'stop' and word not in optional)))
+    return tuple(table)
+
+
+def passes(table: Sequence[Row]) -> bool:
+    """Whether every word that is required is obeyed."""
+    return all(row.passed for row in table if row.required)
+
+
+def worst_margin(table: Sequence[Row], move_m: float) -> float:
+    """
+    Return how well the required words are obeyed, for ranking those that pass and those that fail.
+
+    The shortest median way under a trained move word, in units of `move_m`, minus how many
+    required stop words are not obeyed.
+    """
+    moves = [row.median_x_m * (1 if row.behaviour == 'forward' else -1) / move_m
+             for row in table if row.required and row.behaviour != 'stop']
+    restless = sum(not row.passed for row in table if row.required and row.behaviour == 'stop')
+    return min(moves) - restless
+
+
+def to_json(table: Sequence[Row]) -> list[dict[str, Any]]:
+    """Return the rows as JSON objects; an infinite distance (an explosion) as null."""
+    result = []
+    for row in table:
+        value = asdict(row)
+        if not np.isfinite(row.p90_distance_m):
+            value['p90_distance_m'] = None
+        result.append(value)
+    return result
+
+
+def to_markdown(table: Sequence[Row]) -> str:
+    """Return the rows as a Markdown table."""
+    lines = ['| word | asks for | heard in training | median final x, m (quartiles) | '
+             '90th percentile of distance, m | obeyed | required |',
+             '|---|---|---|---|---|---|---|']
+    for row in table:
+        lines.append(
+            f'| {row.word} | {row.behaviour} | {"yes" if row.trained else "no"} | '
+            f'{row.median_x_m:+.2f} ({row.lower_quartile_x_m:+.2f} to '
+            f'{row.upper_quartile_x_m:+.2f}) | {row.p90_distance_m:.3f} | '
+            f'{"yes" if row.passed else "no"} | {"yes" if row.required else "no"} |')
+    return '\n'.join(lines) + '\n'

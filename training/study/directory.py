@@ -1,0 +1,173 @@
+"""
+A study on disk: who may work in it, which runs are done, and that all runs are of one provenance.
+
+    study.json                    configuration and identity (see `provenance`)
+    runs/RUN/config.json, checkpoint.npz, statistics.npz, summary.json, champion.json
+                                  of `evolution.run`
+    runs/RUN/provenance.json      identity and environment in which the run was made
+    runs/RUN/journal.jsonl        one line an attempt and one for its completion
+    runs/RUN/rescored.json        the champion under perturbed starts, PyBullet, the lexicon
+    store/*.parquet               the results, tidy (see `store`)
+
+A run is done when its summary is there: that file is written last, and atomically.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import socket
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from training.evolution.checkpoint import write_json
+from training.study.config import RunSpec
+from training.study.provenance import differences, utc_now
+
+FORMAT = {'format': 'w2b-study', 'version': 1}
+
+
+class StudyError(Exception):
+    """A study that cannot go on; one line that says why and what to do."""
+
+
+class StudyDirectory:
+    """Paths and states of a study's files."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = Path(path)
+        self.study_file = self.path / 'study.json'
+        self.store = self.path / 'store'
+        self.runs = self.path / 'runs'
+
+    def run_directory(self, run_id: str) -> Path:
+        """Return the directory of a run."""
+        return self.runs / run_id
+
+    def summary(self, run_id: str) -> dict[str, Any] | None:
+        """Return a finished run's summary, None if the run is not over (StudyError if damaged)."""
+        path = self.run_directory(run_id) / 'summary.json'
+        return read_json(path) if path.exists() else None
+
+    def done(self, run: RunSpec, generations: int) -> bool:
+        """Return whether the run has been taken to `generations`."""
+        summary = self.summary(run.run_id)
+        return summary is not None and summary.get('generations') == generations
+
+    def adopt(self, config: dict[str, Any], identity: dict[str, Any]) -> None:
+        """
+        Take the study up: check `identity` against every run there is, then note `config`.
+
+        Raises
+        ------
+        StudyError
+            If the study or a run in it was made by another program, engine, vocabulary or
+            configuration. `generations` may rise: such runs are taken further, all of them.
+
+        """
+        files = [self.study_file, *sorted(self.runs.glob('*/provenance.json'))]
+        for file in files:
+            if not file.exists():
+                continue
+            found = read_json(file).get('identity')
+            if not isinstance(found, dict):
+                raise StudyError(f'{file}: damaged (no identity in it); delete it if you are sure '
+                                 'where this came from, or use another --out')
+            differing = differences(may_grow(found, identity), identity)
+            if differing:
+                raise StudyError(
+                    f'{file.parent}: was made otherwise: {"; ".join(differing)}. Use another '
+                    '--out, or the program and configuration that made it')
+        write_json(self.study_file, {**FORMAT, 'config': config, 'identity': identity})
+
+
+def may_grow(found: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
+    """Return `found` with the asked `generations` if those are more: a run can be taken further."""
+    here, there = asked.get('generations'), found.get('generations')
+    if isinstance(here, int) and isinstance(there, int) and here > there:
+        return {**found, 'generations': here}
+    return found
+
+
+@contextmanager
+def locked(path: Path, what: str, wait_s: float = 0.0) -> Iterator[None]:
+    """
+    Hold the lock file `path`; the kernel lets go of it when this process ends, however it ends.
+
+    Parameters
+    ----------
+    path
+        Made if missing, never deleted.
+    what
+        What the lock guards, for the message.
+    wait_s
+        How long to wait for another holder.
+
+    Raises
+    ------
+    StudyError
+        If another process holds it until then.
+
+    """
+    with open(path, 'a+') as file:
+        deadline = time.monotonic() + wait_s
+        while True:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                if time.monotonic() >= deadline:
+                    file.seek(0)
+                    holder = file.read().strip() or 'another process'
+                    raise StudyError(f'{what}: {holder} is working in it; wait for it or stop it '
+                                     'first') from None
+                time.sleep(0.1)
+        file.truncate(0)
+        file.write(f'process {os.getpid()} on {socket.gethostname()}')
+        file.flush()
+        yield
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return the JSON object in `path` (StudyError if it is damaged)."""
+    remedy = ('delete it: every run has its own provenance' if path.name == 'study.json' else
+              f'delete {path.parent} to have that run made again')
+    try:
+        value = json.loads(path.read_text(encoding='utf-8'))
+    except (OSError, ValueError) as error:
+        raise StudyError(f'{path}: damaged ({error}); {remedy}') from None
+    if not isinstance(value, dict):
+        raise StudyError(f'{path}: damaged (expected a JSON object); {remedy}')
+    return value
+
+
+def append_line(path: Path, event: str, **values: Any) -> None:
+    """Append an event to a journal; a line torn by a kill is passed over by `journal`."""
+    line = json.dumps({'event': event, 'utc': utc_now(), 'host': socket.gethostname(),
+                       'process': os.getpid(), **values}, sort_keys=True)
+    with open(path, 'ab+') as file:
+        if file.seek(0, os.SEEK_END) and (file.seek(-1, os.SEEK_END), file.read(1))[1] != b'\n':
+            line = '\n' + line
+        file.write(line.encode() + b'\n')
+
+
+def journal(path: Path) -> list[dict[str, Any]]:
+    """Return the events of a journal."""
+    events = []
+    for line in path.read_text(encoding='utf-8').splitlines() if path.exists() else ():
+        try:
+            events.append(json.loads(line))
+        except ValueError:
+            continue
+    return events
+
+
+def completions(study: StudyDirectory, runs: Sequence[RunSpec]) -> dict[str, int]:
+    """Return how many times each run was completed, by its journal: 0 or 1, never more."""
+    return {run.run_id: sum(event.get('event') == 'completed' for event in
+                            journal(study.run_directory(run.run_id) / 'journal.jsonl'))
+            for run in runs}
