@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import add, add_scaled, cross, get3, inlined, set3
 from w2b_sim.engines.batched.contacts import V_X, V_Y, V_Z, W_X, W_Y, W_Z
-from w2b_sim.engines.batched.simd import fma, splat, vsqrt
+from w2b_sim.engines.batched.functions import inverse_root
+from w2b_sim.engines.batched.simd import fma, splat
 
 
 @inlined
@@ -66,7 +67,7 @@ def turn(state, k, spin, h):
     a1 = fma(x, q0, fma(y, q3, fma(-z, q2, q1)))
     a2 = fma(-x, q3, fma(y, q0, fma(z, q1, q2)))
     a3 = fma(x, q2, fma(-y, q1, fma(z, q0, q3)))
-    shrink = 1.0 / vsqrt(fma(a0, a0, fma(a1, a1, fma(a2, a2, a3 * a3))))
+    shrink = inverse_root(fma(a0, a0, fma(a1, a1, fma(a2, a2, a3 * a3))))
     state.turn[k, 0] = a0 * shrink
     state.turn[k, 1] = a1 * shrink
     state.turn[k, 2] = a2 * shrink

@@ -28,7 +28,7 @@ from w2b_sim.engines.batched.algebra import (
     set3,
     sub,
 )
-from w2b_sim.engines.batched.functions import arctan
+from w2b_sim.engines.batched.functions import hinge_angle
 from w2b_sim.engines.batched.simd import fma
 
 
@@ -55,8 +55,7 @@ def hinge_angles(layout, tables, state):
     """
     Measure the hinge angles from the links' quaternions.
 
-    The child's orientation in the parent's frame is (cos(angle / 2), u sin(angle / 2)), and
-    tan(angle / 4) = sin(angle / 2) / (1 + cos(angle / 2)).
+    The child's orientation in the parent's frame is (cos(angle / 2), u sin(angle / 2)).
     """
     for k in range(1, layout.links):
         p = tables.parent[k]
@@ -67,7 +66,7 @@ def hinge_angles(layout, tables, state):
         y = fma(a0, b2, -(b0 * a2)) - fma(a3, b1, -(a1 * b3))
         z = fma(a0, b3, -(b0 * a3)) - fma(a1, b2, -(a2 * b1))
         sine = fma(tables.axis[k, 2], z, fma(tables.axis[k, 1], y, tables.axis[k, 0] * x))
-        state.angle[k - 1] = 4.0 * arctan(sine / (1.0 + cosine))
+        state.angle[k - 1] = hinge_angle(sine, cosine)
 
 
 @inlined

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from w2b_sim.engines.batched.algebra import inlined
+from w2b_sim.engines.batched.borrowed import integers
 from w2b_sim.engines.batched.functions import tanh
 from w2b_sim.engines.batched.memory import get_lane, local1, set_lane
 from w2b_sim.engines.batched.simd import fma, splat
@@ -20,9 +21,13 @@ def prime_range(layout, hidden_weights, signals, primed, first, last):
     recurrent = local1(layout, layout.priming_synapses)
     hidden, new = local1(layout, layout.hidden), local1(layout, layout.hidden)
     element = local1(layout, 1)
+    # Which signal each lane hears.
+    voice, word = integers(layout, layout.lanes), integers(layout, layout.lanes)
     for start in range(first, last, layout.lanes):
         for lane in range(layout.lanes):
-            controller = min(start + lane, last - 1) // words
+            pair = min(start + lane, last - 1)
+            controller, word[lane] = pair // words, pair % words
+            voice[lane] = controller if signals.shape[0] > 1 else 0
             for i in range(count):
                 for source in range(count + 1):
                     set_lane(recurrent, i * (count + 1) + source, lane,
@@ -31,9 +36,7 @@ def prime_range(layout, hidden_weights, signals, primed, first, last):
             hidden[i] = splat(layout, 0.0)
         for t in range(signals.shape[2]):
             for lane in range(layout.lanes):
-                pair = min(start + lane, last - 1)
-                controller = pair // words if signals.shape[0] > 1 else 0
-                set_lane(element, 0, lane, signals[controller, pair % words, t])
+                set_lane(element, 0, lane, signals[voice[lane], word[lane], t])
             for i in range(count):
                 total = hidden[i]
                 for source in range(count):

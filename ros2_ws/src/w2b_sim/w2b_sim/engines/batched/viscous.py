@@ -25,7 +25,7 @@ three.
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import inlined
+from w2b_sim.engines.batched.algebra import get3, inlined
 from w2b_sim.engines.batched.contacts import CONTACT_GAP_M
 from w2b_sim.engines.batched.rigid import (
     NO_FLOOR,
@@ -107,8 +107,8 @@ def _stage(layout, contacts, near, count, start, sweeps, mass, inverse_mass, ine
     vz = pz * inverse_mass
     spin_x = fma(gxx, lx, gxy * ly)
     spin_y = fma(gxy, lx, gyy * ly)
-    vz, spin_x, spin_y = _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy,
-                               vz, spin_x, spin_y)
+    vz, spin_x, spin_y = _push(layout, contacts, near, count, start, sweeps, inverse_mass, gxx,
+                               gxy, gyy, vz, spin_x, spin_y)
     spin_z = fma(-ex, spin_x, fma(-ey, spin_y, lz * inverse_k))
     vx = fma(ty, spin_z, fma(-tz, spin_y, px * inverse_a))
     vy = fma(-tx, spin_z, fma(tz, spin_x, py * inverse_a))
@@ -116,15 +116,21 @@ def _stage(layout, contacts, near, count, start, sweeps, mass, inverse_mass, ine
 
 
 @inlined
-def _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz, wx, wy):
+def _push(layout, contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz, wx, wy):
     """
     Find the normal impulses by projected Gauss-Seidel; return v_z, w_x, w_y with them.
 
-    A visit is a chain of dependent operations, whose latency bounds the whole engine. To keep it
-    short, `contacts.impulse` is in units of the velocity it gives its own contact, m/s: a change of
-    it changes the body's velocity by `contacts.normal` times it. `contacts.lever` has the factor of
-    over-relaxation in it. A contact that a lane does not have is visited without any effect: which
-    contacts the neighbours have changes no bit.
+    Each visit needs the change that the one before has made, and the latency of that chain bounds
+    the whole engine. To keep it short,
+
+    - `contacts.impulse` is in units of the velocity it gives its own contact, m/s: a change of it
+      changes the body's velocity by `contacts.normal` times it;
+    - `contacts.lever` has the factor of over-relaxation in it;
+    - a visit works out what is missing from the velocity before the last change, ahead of time, and
+      adds what the last change does to this contact (`contacts.coupling`) by one product.
+
+    A contact that a lane does not have is visited without any effect: which contacts the neighbours
+    have changes no bit.
     """
     for q in range(count):
         x, y = contacts.arm[q, 0], contacts.arm[q, 1]
@@ -142,15 +148,24 @@ def _push(contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz,
         contacts.lever[q, 2] = contacts.target[q] * OVER_RELAXATION
         contacts.impulse[q] = impulse * own
         vz, wx, wy = fma(inverse_mass, impulse, vz), fma(gx, impulse, wx), fma(gy, impulse, wy)
+    change = splat(layout, 0.0)
+    nz, nx, ny = change, change, change
+    if count > 0:
+        nz, nx, ny = get3(contacts.normal, count - 1)
+    for q in range(count):
+        contacts.coupling[q] = fma(contacts.lever[q, 1], ny, fma(
+            contacts.lever[q, 0], nx, -OVER_RELAXATION * nz))
+        nz, nx, ny = get3(contacts.normal, q)
     for _ in range(sweeps):
         for q in range(count):
-            missing = fma(contacts.lever[q, 1], wy, fma(contacts.lever[q, 0], wx, fma(
+            before = fma(contacts.lever[q, 1], wy, fma(contacts.lever[q, 0], wx, fma(
                 -OVER_RELAXATION, vz, contacts.lever[q, 2])))
+            missing = fma(contacts.coupling[q], change, before)
+            vz, wx, wy = fma(nz, change, vz), fma(nx, change, wx), fma(ny, change, wy)
             change = vmax(missing, -contacts.impulse[q])
             contacts.impulse[q] = contacts.impulse[q] + change
-            vz = fma(contacts.normal[q, 0], change, vz)
-            wx = fma(contacts.normal[q, 1], change, wx)
-            wy = fma(contacts.normal[q, 2], change, wy)
+            nz, nx, ny = get3(contacts.normal, q)
+    vz, wx, wy = fma(nz, change, vz), fma(nx, change, wx), fma(ny, change, wy)
     for q in range(count):
         start[near[q]] = contacts.impulse[q] * contacts.normal[q, 3]
     return vz, wx, wy
