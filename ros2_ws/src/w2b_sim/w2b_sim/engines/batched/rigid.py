@@ -19,7 +19,7 @@ Contacts = structure('Contacts', {
     'target': ('contacts',),       # lowest velocity along z that the floor allows, m/s
     'impulse': ('contacts',),
     'lever': ('contacts', 3),      # of the viscous solve
-    'coupling': ('contacts',),
+    'coupling': ('contacts', 2),
     'normal': ('contacts', 4),     # how the body answers to a normal impulse
     'tangent_x': ('contacts', 4),
     'tangent_y': ('contacts', 4),

@@ -148,24 +148,30 @@ def _push(layout, contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, 
         contacts.lever[q, 2] = contacts.target[q] * OVER_RELAXATION
         contacts.impulse[q] = impulse * own
         vz, wx, wy = fma(inverse_mass, impulse, vz), fma(gx, impulse, wx), fma(gy, impulse, wy)
-    change = splat(layout, 0.0)
-    nz, nx, ny = change, change, change
+    change, last = splat(layout, 0.0), splat(layout, 0.0)
+    n, m = (change, change, change), (change, change, change)
     if count > 0:
-        nz, nx, ny = get3(contacts.normal, count - 1)
+        n = get3(contacts.normal, count - 1)
+        m = get3(contacts.normal, (2 * count - 2) % count)
     for q in range(count):
-        contacts.coupling[q] = fma(contacts.lever[q, 1], ny, fma(
-            contacts.lever[q, 0], nx, -OVER_RELAXATION * nz))
-        nz, nx, ny = get3(contacts.normal, q)
+        l0, l1 = contacts.lever[q, 0], contacts.lever[q, 1]
+        contacts.coupling[q, 0] = fma(l1, n[2], fma(l0, n[1], -OVER_RELAXATION * n[0]))
+        contacts.coupling[q, 1] = fma(l1, m[2], fma(l0, m[1], -OVER_RELAXATION * m[0]))
+        m = n
+        n = get3(contacts.normal, q)
     for _ in range(sweeps):
         for q in range(count):
             before = fma(contacts.lever[q, 1], wy, fma(contacts.lever[q, 0], wx, fma(
                 -OVER_RELAXATION, vz, contacts.lever[q, 2])))
-            missing = fma(contacts.coupling[q], change, before)
-            vz, wx, wy = fma(nz, change, vz), fma(nx, change, wx), fma(ny, change, wy)
+            missing = fma(contacts.coupling[q, 0], change, fma(contacts.coupling[q, 1], last, before))
+            vz, wx, wy = fma(m[0], last, vz), fma(m[1], last, wx), fma(m[2], last, wy)
+            last = change
             change = vmax(missing, -contacts.impulse[q])
             contacts.impulse[q] = contacts.impulse[q] + change
-            nz, nx, ny = get3(contacts.normal, q)
-    vz, wx, wy = fma(nz, change, vz), fma(nx, change, wx), fma(ny, change, wy)
+            m = n
+            n = get3(contacts.normal, q)
+    vz, wx, wy = fma(m[0], last, vz), fma(m[1], last, wx), fma(m[2], last, wy)
+    vz, wx, wy = fma(n[0], change, vz), fma(n[1], change, wx), fma(n[2], change, wy)
     for q in range(count):
         start[near[q]] = contacts.impulse[q] * contacts.normal[q, 3]
     return vz, wx, wy
