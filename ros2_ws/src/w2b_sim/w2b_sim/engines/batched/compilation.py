@@ -91,18 +91,20 @@ def lanes_for(bits: int) -> int:
 @contextmanager
 def announced(layout: Layout, say: Callable[[str], None] | None) -> Iterator[None]:
     """Tell before the first call with a layout that it compiles, if its code is not kept yet."""
+    if layout in _compiled:
+        yield
+        return
     folder = cache_folder()
     kept = None if folder is None else folder / f'{_name(layout)}.compiled'
-    if layout not in _compiled and (kept is None or not kept.exists()):
+    if kept is None or not kept.exists():
         (say or logger.info)(
             f'compiling the batched engine once for {layout.links} links, {layout.bits} bits, '
             f'{layout.lanes} lanes (some seconds)')
     yield
-    if layout not in _compiled:
-        _compiled.add(layout)
-        if kept is not None:
-            with suppress(OSError):
-                kept.touch()
+    _compiled.add(layout)
+    if kept is not None:
+        with suppress(OSError):
+            kept.touch()
 
 
 _compiled: set[Layout] = set()

@@ -37,6 +37,8 @@ DYNAMIC_COULOMB_SWEEPS = 20
 SPECULATIVE_GAP_M = 0.02
 #: ... but no farther than a link can fall in a step: a contact beyond that does nothing.
 FASTEST_FALL_M_S = 2.0
+#: Shares of a batch a thread: more than one, so that a thread on a busy core takes fewer.
+SHARES_PER_THREAD = 4
 #: A friction coefficient that nothing reaches, in place of infinity (which times zero is NaN).
 UNBOUNDED_FRICTION = 1e30
 #: Beyond this a robot did not walk: the evaluation counts as failed.
@@ -225,7 +227,8 @@ class BatchedEngine:
     def _call(self, batch: kernel.Batch, log: kernel.Log, blocks: int) -> None:
         evaluate = compiled_evaluate()
         double = replace(self.layout, bits=64)
-        edges = np.linspace(0, blocks, min(self.threads, blocks) + 1).astype(int)
+        shares = 1 if self.threads == 1 else min(self.threads * SHARES_PER_THREAD, blocks)
+        edges = np.linspace(0, blocks, shares + 1).astype(int)
 
         def run(first: int, last: int) -> None:
             evaluate(self.layout, double, self._tables, self._clock, batch, log, first, last)
