@@ -100,6 +100,11 @@ class Layout:
         return self.contacts + self.dynamic
 
     @property
+    def contact_pairs(self) -> int:
+        """Pairs of contacts, each of which answers to an impulse at the other."""
+        return self.contacts**2
+
+    @property
     def outcomes(self) -> int:
         """Numbers that come out of an evaluation, see `kernel.Log`."""
         return 8 + self.touches

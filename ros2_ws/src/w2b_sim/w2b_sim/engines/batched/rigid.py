@@ -18,8 +18,9 @@ Contacts = structure('Contacts', {
     'arm': ('contacts', 3),        # from the centre of mass to the point that touches, m
     'target': ('contacts',),       # lowest velocity along z that the floor allows, m/s
     'impulse': ('contacts',),
-    'lever': ('contacts', 3),      # of the viscous solve
-    'coupling': ('contacts', 2),
+    'begin': ('contacts',),        # of the viscous solve
+    'missing': ('contacts',),
+    'coupling': ('contact_pairs',),
     'normal': ('contacts', 4),     # how the body answers to a normal impulse
     'tangent_x': ('contacts', 4),
     'tangent_y': ('contacts', 4),

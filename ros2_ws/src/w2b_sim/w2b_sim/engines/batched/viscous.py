@@ -25,7 +25,7 @@ three.
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import get3, inlined
+from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.contacts import CONTACT_GAP_M
 from w2b_sim.engines.batched.rigid import (
     NO_FLOOR,
@@ -121,13 +121,12 @@ def _push(layout, contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, 
     Find the normal impulses by projected Gauss-Seidel; return v_z, w_x, w_y with them.
 
     Each visit needs the change that the one before has made, and the latency of that chain bounds
-    the whole engine. To keep it short,
+    the engine. To keep it short the sweeps run on what is missing at each contact, `missing`, m/s:
 
-    - `contacts.impulse` is in units of the velocity it gives its own contact, m/s: a change of it
-      changes the body's velocity by `contacts.normal` times it;
-    - `contacts.lever` has the factor of over-relaxation in it;
-    - a visit works out what is missing from the velocity before the last change, ahead of time, and
-      adds what the last change does to this contact (`contacts.coupling`) by one product.
+    - `impulse` is in units of the velocity it gives its own contact, m/s; a change of it changes
+      the body's velocity by `normal` times it, and `missing` of contact j by `coupling[q, j]`;
+    - over-relaxation is in both: `missing` is what to change the impulse by;
+    - what is missing at the next contact is worked out first, and at all others meanwhile.
 
     A contact that a lane does not have is visited without any effect: which contacts the neighbours
     have changes no bit.
@@ -143,35 +142,32 @@ def _push(layout, contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, 
         contacts.normal[q, 1] = gx * inverse
         contacts.normal[q, 2] = gy * inverse
         contacts.normal[q, 3] = inverse
-        contacts.lever[q, 0] = y * -OVER_RELAXATION
-        contacts.lever[q, 1] = x * OVER_RELAXATION
-        contacts.lever[q, 2] = contacts.target[q] * OVER_RELAXATION
         contacts.impulse[q] = impulse * own
+        contacts.begin[q] = contacts.impulse[q]
         vz, wx, wy = fma(inverse_mass, impulse, vz), fma(gx, impulse, wx), fma(gy, impulse, wy)
-    change, last = splat(layout, 0.0), splat(layout, 0.0)
-    n, m = (change, change, change), (change, change, change)
-    if count > 0:
-        n = get3(contacts.normal, count - 1)
-        m = get3(contacts.normal, (2 * count - 2) % count)
     for q in range(count):
-        l0, l1 = contacts.lever[q, 0], contacts.lever[q, 1]
-        contacts.coupling[q, 0] = fma(l1, n[2], fma(l0, n[1], -OVER_RELAXATION * n[0]))
-        contacts.coupling[q, 1] = fma(l1, m[2], fma(l0, m[1], -OVER_RELAXATION * m[0]))
-        m = n
-        n = get3(contacts.normal, q)
+        ly, lx = contacts.arm[q, 1] * -OVER_RELAXATION, contacts.arm[q, 0] * OVER_RELAXATION
+        contacts.missing[q] = fma(lx, wy, fma(ly, wx, OVER_RELAXATION * (contacts.target[q] - vz)))
+        for p in range(count):
+            contacts.coupling[p * count + q] = fma(lx, contacts.normal[p, 2], fma(
+                ly, contacts.normal[p, 1], -OVER_RELAXATION * contacts.normal[p, 0]))
+    missing = vz
+    if count > 0:
+        missing = contacts.missing[0]
     for _ in range(sweeps):
         for q in range(count):
-            before = fma(contacts.lever[q, 1], wy, fma(contacts.lever[q, 0], wx, fma(
-                -OVER_RELAXATION, vz, contacts.lever[q, 2])))
-            missing = fma(contacts.coupling[q, 0], change, fma(contacts.coupling[q, 1], last, before))
-            vz, wx, wy = fma(m[0], last, vz), fma(m[1], last, wx), fma(m[2], last, wy)
-            last = change
+            following = q + 1 if q + 1 < count else 0
             change = vmax(missing, -contacts.impulse[q])
+            missing = fma(contacts.coupling[q * count + following], change,
+                          contacts.missing[following])
             contacts.impulse[q] = contacts.impulse[q] + change
-            m = n
-            n = get3(contacts.normal, q)
-    vz, wx, wy = fma(m[0], last, vz), fma(m[1], last, wx), fma(m[2], last, wy)
-    vz, wx, wy = fma(n[0], change, vz), fma(n[1], change, wx), fma(n[2], change, wy)
+            for p in range(count):
+                contacts.missing[p] = fma(contacts.coupling[q * count + p], change,
+                                          contacts.missing[p])
     for q in range(count):
+        change = contacts.impulse[q] - contacts.begin[q]
+        vz = fma(contacts.normal[q, 0], change, vz)
+        wx = fma(contacts.normal[q, 1], change, wx)
+        wy = fma(contacts.normal[q, 2], change, wy)
         start[near[q]] = contacts.impulse[q] * contacts.normal[q, 3]
     return vz, wx, wy
