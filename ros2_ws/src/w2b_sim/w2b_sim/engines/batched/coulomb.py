@@ -12,13 +12,13 @@ velocity and four for the answer of the body.
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import inlined
+from w2b_sim.engines.batched.algebra import get3, inlined
 from w2b_sim.engines.batched.rigid import (
-    NO_FLOOR,
     about_centre,
-    drive_of,
-    set_contacts,
+    keep_impulses,
+    place_contacts,
     set_solution,
+    take_impulses,
 )
 from w2b_sim.engines.batched.simd import any_lane, fma, vmax, vsqrt, where
 
@@ -31,7 +31,10 @@ def solve_coulomb(layout, state, frame, composite, contacts, near, count, erp_pe
                   friction, sweeps, reach, per_gap, solution):
     """Solve for the base's velocity of one step; it ends in `solution`."""
     inverse_mass, centre, p, angular, inertia = about_centre(composite)
-    set_contacts(layout, frame, contacts, near, count, centre, erp_per_h, reach, per_gap)
+    places = place_contacts(layout, frame, contacts, near, count, centre, erp_per_h, reach, per_gap)
+    take_impulses(layout, contacts, near, count, places, state.press, contacts.impulse)
+    take_impulses(layout, contacts, near, count, places, state.slide_x, contacts.slide_x)
+    take_impulses(layout, contacts, near, count, places, state.slide_y, contacts.slide_y)
     ixx, iyy, izz, ixy, ixz, iyz = inertia
     # Inverse of I by cofactors.
     cxx, cyy, czz = fma(iyy, izz, -(iyz * iyz)), fma(ixx, izz, -(ixz * ixz)), \
@@ -44,24 +47,17 @@ def solve_coulomb(layout, state, frame, composite, contacts, near, count, erp_pe
     wx = fma(g[0], angular[0], fma(g[3], angular[1], g[4] * angular[2]))
     wy = fma(g[3], angular[0], fma(g[1], angular[1], g[5] * angular[2]))
     wz = fma(g[4], angular[0], fma(g[5], angular[1], g[2] * angular[2]))
-    for q in range(count):
-        c = near[q]
-        here = contacts.target[q] > 0.1 * NO_FLOOR
+    for q in range(places):
         x, y, z = contacts.arm[q, 0], contacts.arm[q, 1], contacts.arm[q, 2]
         _answer(g, inverse_mass, 0.0, y, -x, z * 0.0, contacts.normal, q)
         _answer(g, inverse_mass, slip_per_h, z * 0.0, z, -y, contacts.tangent_x, q)
         _answer(g, inverse_mass, slip_per_h, -z, z * 0.0, x, contacts.tangent_y, q)
-        push = where(here, state.press[c], 0.0)
-        slide_x, slide_y = where(here, state.slide_x[c], 0.0), where(here, state.slide_y[c], 0.0)
-        contacts.impulse[q] = push
-        state.slide_x[c] = slide_x
-        state.slide_y[c] = slide_y
+        push, slide_x, slide_y = contacts.impulse[q], contacts.slide_x[q], contacts.slide_y[q]
         vx, vy = fma(inverse_mass, slide_x, vx), fma(inverse_mass, slide_y, vy)
         vz = fma(inverse_mass, push, vz)
         wx, wy, wz = _turned(contacts, q, push, slide_x, slide_y, wx, wy, wz)
     for _ in range(sweeps):
-        for q in range(count):
-            c = near[q]
+        for q in range(places):
             x, y, z = contacts.arm[q, 0], contacts.arm[q, 1], contacts.arm[q, 2]
             old = contacts.impulse[q]
             missing = fma(x, wy, fma(-y, wx, contacts.target[q] - vz))
@@ -71,8 +67,8 @@ def solve_coulomb(layout, state, frame, composite, contacts, near, count, erp_pe
             vz = fma(inverse_mass, push, vz)
             wx, wy, wz = fma(contacts.normal[q, 0], push, wx), \
                 fma(contacts.normal[q, 1], push, wy), fma(contacts.normal[q, 2], push, wz)
-            old_x, old_y = state.slide_x[c], state.slide_y[c]
-            drive = drive_of(frame, c)
+            old_x, old_y = contacts.slide_x[q], contacts.slide_y[q]
+            drive = get3(contacts.drive, q)
             speed_x = fma(z, wy, fma(-y, wz, fma(slip_per_h, old_x, drive[0] + vx)))
             speed_y = fma(x, wz, fma(-z, wx, fma(slip_per_h, old_y, drive[1] + vy)))
             new_x = fma(-speed_x, contacts.tangent_x[q, 3], old_x)
@@ -84,14 +80,15 @@ def solve_coulomb(layout, state, frame, composite, contacts, near, count, erp_pe
                 share = where(slides, bound / vsqrt(size), 1.0)
                 new_x, new_y = new_x * share, new_y * share
             slide_x, slide_y = new_x - old_x, new_y - old_y
-            state.slide_x[c] = new_x
-            state.slide_y[c] = new_y
+            contacts.slide_x[q] = new_x
+            contacts.slide_y[q] = new_y
             vx, vy = fma(inverse_mass, slide_x, vx), fma(inverse_mass, slide_y, vy)
             wx = fma(contacts.tangent_x[q, 0], slide_x, fma(contacts.tangent_y[q, 0], slide_y, wx))
             wy = fma(contacts.tangent_x[q, 1], slide_x, fma(contacts.tangent_y[q, 1], slide_y, wy))
             wz = fma(contacts.tangent_x[q, 2], slide_x, fma(contacts.tangent_y[q, 2], slide_y, wz))
-    for q in range(count):
-        state.press[near[q]] = contacts.impulse[q]
+    keep_impulses(layout, contacts, near, count, places, state.press, contacts.impulse)
+    keep_impulses(layout, contacts, near, count, places, state.slide_x, contacts.slide_x)
+    keep_impulses(layout, contacts, near, count, places, state.slide_y, contacts.slide_y)
     set_solution(solution, centre, (vx, vy, vz), (wx, wy, wz))
 
 

@@ -11,19 +11,23 @@ from __future__ import annotations
 from w2b_sim.engines.batched.algebra import add_scaled, cross, get3, inlined, sub
 from w2b_sim.engines.batched.contacts import V_X, V_Y, V_Z, W_X, W_Y, W_Z
 from w2b_sim.engines.batched.memory import structure
-from w2b_sim.engines.batched.simd import fma, where
+from w2b_sim.engines.batched.simd import any_lane, both, fma, splat, where
 
-#: Scratch of the solves, one entry a contact in the list; see the solves for units.
+#: Scratch of the solves, one entry a place: the n-th contact of each lane is in place n - 1.
 Contacts = structure('Contacts', {
+    'place': ('contacts',),        # of a sphere in the list, in each lane; -1 where it is far
     'arm': ('contacts', 3),        # from the centre of mass to the point that touches, m
+    'drive': ('contacts', 3),      # known share of that point's velocity, m/s
     'target': ('contacts',),       # lowest velocity along z that the floor allows, m/s
     'impulse': ('contacts',),
-    'begin': ('contacts',),        # of the viscous solve
-    'missing': ('contacts',),
-    'coupling': ('contact_pairs',),
+    'slide_x': ('contacts',),
+    'slide_y': ('contacts',),
     'normal': ('contacts', 4),     # how the body answers to a normal impulse
     'tangent_x': ('contacts', 4),
     'tangent_y': ('contacts', 4),
+    'begin': ('contacts',),        # of the viscous solve
+    'missing': ('contacts',),
+    'coupling': ('contact_pairs',),
 })
 
 #: Stands for a floor far below, in the lanes that have no contact.
@@ -51,20 +55,66 @@ def about_centre(composite):
 
 
 @inlined
-def set_contacts(layout, frame, contacts, near, count, centre, erp_per_h, reach, per_gap):
+def place_contacts(layout, frame, contacts, near, count, centre, erp_per_h, reach, per_gap):
     """
-    Set arms and targets of the contacts.
+    Give each lane's contacts the first places, set their arms, drives and targets; return how many.
 
     Below the floor: leave it by a share of the depth. Above it, within `reach`: approach no faster
-    than the gap times `per_gap`.
+    than the gap times `per_gap`. Robots in neighbouring lanes stand on different spheres: of the
+    spheres in the list a lane has about half, and the solves visit as many places as the lane with
+    the most contacts needs. A lane's own order stays, so its neighbours change no bit.
     """
+    filled = splat(layout, 0.0)
+    places = 0
     for q in range(count):
         c = near[q]
         depth = frame.depth[c]
-        leave = where(depth >= 0.0, depth * erp_per_h, depth * per_gap)
-        contacts.target[q] = where(depth >= -reach, leave - frame.contact_drive[c, 2], NO_FLOOR)
-        for i in range(3):
-            contacts.arm[q, i] = frame.contact_arm[c, i] - centre[i]
+        here = depth >= -reach
+        if any_lane(both(here, filled >= places)):
+            _clear(layout, contacts, places)
+            places += 1
+        place = where(here, filled, -1.0)
+        contacts.place[q] = place
+        drive = get3(frame.contact_drive, c)
+        target = where(depth >= 0.0, depth * erp_per_h, depth * per_gap) - drive[2]
+        arm = sub(get3(frame.contact_arm, c), centre)
+        for n in range(places):
+            mine = place == n
+            for i in range(3):
+                contacts.arm[n, i] = where(mine, arm[i], contacts.arm[n, i])
+                contacts.drive[n, i] = where(mine, drive[i], contacts.drive[n, i])
+            contacts.target[n] = where(mine, target, contacts.target[n])
+        filled = where(here, filled + 1.0, filled)
+    return places
+
+
+@inlined
+def _clear(layout, contacts, n):
+    """Make a place one without contact, in all lanes."""
+    for i in range(3):
+        contacts.arm[n, i] = splat(layout, 0.0)
+        contacts.drive[n, i] = splat(layout, 0.0)
+    contacts.target[n] = splat(layout, NO_FLOOR)
+
+
+@inlined
+def take_impulses(layout, contacts, near, count, places, kept, impulses):
+    """Copy the impulses of the spheres in the list to their places; 0 where there is no contact."""
+    for n in range(places):
+        impulses[n] = splat(layout, 0.0)
+    for q in range(count):
+        for n in range(min(q + 1, places)):
+            impulses[n] = where(contacts.place[q] == n, kept[near[q]], impulses[n])
+
+
+@inlined
+def keep_impulses(layout, contacts, near, count, places, kept, impulses):
+    """Copy impulses back to the spheres, for the next step's solve to start from."""
+    for q in range(count):
+        found = splat(layout, 0.0)
+        for n in range(min(q + 1, places)):
+            found = where(contacts.place[q] == n, impulses[n], found)
+        kept[near[q]] = found
 
 
 @inlined
@@ -78,8 +128,3 @@ def set_solution(solution, centre, v, w):
     solution[W_Y] = w[1]
     solution[W_Z] = w[2]
 
-
-@inlined
-def drive_of(frame, c):
-    """Return the known share of contact c's velocity."""
-    return get3(frame.contact_drive, c)

@@ -130,7 +130,7 @@ for _key, _name in ((operator.add, 'fadd'), (operator.sub, 'fsub'), (operator.mu
                     (operator.truediv, 'fdiv')):
     _define_operator(_key, 2, lambda b, x, y, name=_name: getattr(b, name)(x, y), False)
 for _key, _sign in ((operator.lt, '<'), (operator.le, '<='), (operator.gt, '>'),
-                    (operator.ge, '>=')):
+                    (operator.ge, '>='), (operator.eq, '==')):
     _define_operator(_key, 2, lambda b, x, y, sign=_sign: b.fcmp_ordered(sign, x, y), True)
 _define_operator(operator.neg, 1, lambda b, x: b.fneg(x), False)
 

@@ -25,14 +25,14 @@ three.
 
 from __future__ import annotations
 
-from w2b_sim.engines.batched.algebra import inlined
+from w2b_sim.engines.batched.algebra import get3, inlined
 from w2b_sim.engines.batched.contacts import CONTACT_GAP_M
 from w2b_sim.engines.batched.rigid import (
-    NO_FLOOR,
     about_centre,
-    drive_of,
-    set_contacts,
+    keep_impulses,
+    place_contacts,
     set_solution,
+    take_impulses,
 )
 from w2b_sim.engines.batched.simd import fma, splat, vmax, where
 
@@ -45,19 +45,21 @@ def solve_viscous(layout, state, frame, composite, contacts, near, count, erp_pe
                   first_sweeps, second_sweeps, solution):
     """Solve for the base's velocity of one step; it ends in `solution`."""
     inverse_mass, centre, p, angular, inertia = about_centre(composite)
-    set_contacts(layout, frame, contacts, near, count, centre, erp_per_h, CONTACT_GAP_M, 0.0)
+    places = place_contacts(layout, frame, contacts, near, count, centre, erp_per_h,
+                            CONTACT_GAP_M, 0.0)
     zero = splat(layout, 0.0)
     w, wx, wy, wz = zero, zero, zero, zero
     wrr, wxz, wyz, wzz = zero, zero, zero, zero
     px, py, lx, ly, lz = p[0], p[1], angular[0], angular[1], angular[2]
-    if count > 0:
-        _stage(layout, contacts, near, count, state.press_first, first_sweeps, composite[0, 0],
-               inverse_mass, inertia, (w, wx, wy, wz, wrr, wxz, wyz, wzz),
-               (px, py, p[2], lx, ly, lz))
-    for q in range(count):
+    if places > 0:
+        take_impulses(layout, contacts, near, count, places, state.press_first, contacts.begin)
+        _stage(contacts, places, first_sweeps, composite[0, 0], inverse_mass, inertia,
+               (w, wx, wy, wz, wrr, wxz, wyz, wzz), (px, py, p[2], lx, ly, lz))
+        keep_impulses(layout, contacts, near, count, places, state.press_first, contacts.begin)
+    for q in range(places):
         weight = where(contacts.impulse[q] > 0.0, h_per_slip, zero)
         x, y, z = contacts.arm[q, 0], contacts.arm[q, 1], contacts.arm[q, 2]
-        drive = drive_of(frame, near[q])
+        drive = get3(contacts.drive, q)
         ax, ay, az = weight * x, weight * y, weight * z
         w, wx, wy, wz = w + weight, wx + ax, wy + ay, wz + az
         wrr = fma(ax, x, fma(ay, y, wrr))
@@ -66,19 +68,21 @@ def solve_viscous(layout, state, frame, composite, contacts, near, count, erp_pe
         px, py = fma(-weight, drive[0], px), fma(-weight, drive[1], py)
         lx, ly = fma(az, drive[1], lx), fma(-az, drive[0], ly)
         lz = fma(ay, drive[0], fma(-ax, drive[1], lz))
-    velocity, spin = _stage(
-        layout, contacts, near, count, state.press, second_sweeps, composite[0, 0], inverse_mass,
-        inertia, (w, wx, wy, wz, wrr, wxz, wyz, wzz), (px, py, p[2], lx, ly, lz))
+    take_impulses(layout, contacts, near, count, places, state.press, contacts.begin)
+    velocity, spin = _stage(contacts, places, second_sweeps, composite[0, 0], inverse_mass, inertia,
+                            (w, wx, wy, wz, wrr, wxz, wyz, wzz), (px, py, p[2], lx, ly, lz))
+    keep_impulses(layout, contacts, near, count, places, state.press, contacts.begin)
     set_solution(solution, centre, velocity, spin)
 
 
 @inlined
-def _stage(layout, contacts, near, count, start, sweeps, mass, inverse_mass, inertia, slip, b):
+def _stage(contacts, count, sweeps, mass, inverse_mass, inertia, slip, b):
     """
     Solve one stage; return v and w of the centre of mass.
 
     `slip` are the sums W, W_x, W_y, W_z, W_rr, W_xz, W_yz, W_zz; `b` the right side p_x, p_y, p_z,
-    L_x, L_y, L_z. `start` has the normal impulses to start from, and receives those found.
+    L_x, L_y, L_z. `contacts.begin` has the normal impulses to start from, N s, and receives those
+    found.
     """
     w, wx, wy, wz, wrr, wxz, wyz, wzz = slip
     ixx, iyy, izz, ixy, ixz, iyz = inertia
@@ -107,8 +111,8 @@ def _stage(layout, contacts, near, count, start, sweeps, mass, inverse_mass, ine
     vz = pz * inverse_mass
     spin_x = fma(gxx, lx, gxy * ly)
     spin_y = fma(gxy, lx, gyy * ly)
-    vz, spin_x, spin_y = _push(layout, contacts, near, count, start, sweeps, inverse_mass, gxx,
-                               gxy, gyy, vz, spin_x, spin_y)
+    vz, spin_x, spin_y = _push(contacts, count, sweeps, inverse_mass, gxx, gxy, gyy, vz, spin_x,
+                               spin_y)
     spin_z = fma(-ex, spin_x, fma(-ey, spin_y, lz * inverse_k))
     vx = fma(ty, spin_z, fma(-tz, spin_y, px * inverse_a))
     vy = fma(-tx, spin_z, fma(tz, spin_x, py * inverse_a))
@@ -116,7 +120,7 @@ def _stage(layout, contacts, near, count, start, sweeps, mass, inverse_mass, ine
 
 
 @inlined
-def _push(layout, contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, gyy, vz, wx, wy):
+def _push(contacts, count, sweeps, inverse_mass, gxx, gxy, gyy, vz, wx, wy):
     """
     Find the normal impulses by projected Gauss-Seidel; return v_z, w_x, w_y with them.
 
@@ -128,26 +132,28 @@ def _push(layout, contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, 
     - over-relaxation is in both: `missing` is what to change the impulse by;
     - what is missing at the next contact is worked out first, and at all others meanwhile.
 
-    A contact that a lane does not have is visited without any effect: which contacts the neighbours
-    have changes no bit.
+    A place without contact in a lane is visited without any effect: how many the neighbours have
+    changes no bit.
     """
+    z, x_spin, y_spin = vz, wx, wy
     for q in range(count):
         x, y = contacts.arm[q, 0], contacts.arm[q, 1]
         gx = fma(gxx, y, -(gxy * x))
         gy = fma(gxy, y, -(gyy * x))
         own = fma(y, gx, fma(-x, gy, inverse_mass))
         inverse = 1.0 / own
-        impulse = where(contacts.target[q] > 0.1 * NO_FLOOR, start[near[q]], 0.0)
+        impulse = contacts.begin[q]
         contacts.normal[q, 0] = inverse_mass * inverse
         contacts.normal[q, 1] = gx * inverse
         contacts.normal[q, 2] = gy * inverse
         contacts.normal[q, 3] = inverse
         contacts.impulse[q] = impulse * own
-        contacts.begin[q] = contacts.impulse[q]
-        vz, wx, wy = fma(inverse_mass, impulse, vz), fma(gx, impulse, wx), fma(gy, impulse, wy)
+        z = fma(inverse_mass, impulse, z)
+        x_spin, y_spin = fma(gx, impulse, x_spin), fma(gy, impulse, y_spin)
     for q in range(count):
         ly, lx = contacts.arm[q, 1] * -OVER_RELAXATION, contacts.arm[q, 0] * OVER_RELAXATION
-        contacts.missing[q] = fma(lx, wy, fma(ly, wx, OVER_RELAXATION * (contacts.target[q] - vz)))
+        contacts.missing[q] = fma(lx, y_spin, fma(
+            ly, x_spin, OVER_RELAXATION * (contacts.target[q] - z)))
         for p in range(count):
             contacts.coupling[p * count + q] = fma(lx, contacts.normal[p, 2], fma(
                 ly, contacts.normal[p, 1], -OVER_RELAXATION * contacts.normal[p, 0]))
@@ -165,9 +171,9 @@ def _push(layout, contacts, near, count, start, sweeps, inverse_mass, gxx, gxy, 
                 contacts.missing[p] = fma(contacts.coupling[q * count + p], change,
                                           contacts.missing[p])
     for q in range(count):
-        change = contacts.impulse[q] - contacts.begin[q]
-        vz = fma(contacts.normal[q, 0], change, vz)
-        wx = fma(contacts.normal[q, 1], change, wx)
-        wy = fma(contacts.normal[q, 2], change, wy)
-        start[near[q]] = contacts.impulse[q] * contacts.normal[q, 3]
+        impulse = contacts.impulse[q]
+        vz = fma(contacts.normal[q, 0], impulse, vz)
+        wx = fma(contacts.normal[q, 1], impulse, wx)
+        wy = fma(contacts.normal[q, 2], impulse, wy)
+        contacts.begin[q] = impulse * contacts.normal[q, 3]
     return vz, wx, wy
