@@ -25,7 +25,8 @@ Contacts = structure('Contacts', {
     'normal': ('contacts', 4),     # how the body answers to a normal impulse
     'tangent_x': ('contacts', 4),
     'tangent_y': ('contacts', 4),
-    'begin': ('contacts',),        # of the viscous solve
+    'slide_coupling': ('contacts', 2),  # sliding velocity that a unit normal impulse gives
+    'begin': ('contacts',),        # of the viscous solve, as are the next
     'missing': ('contacts',),
     'coupling': ('contact_pairs',),
 })
