@@ -6,7 +6,8 @@ alike; the best round counts. Rates per core are by the thread's processor time,
 two threads by wall time. `--prototype LIBRARY.so` times the C++ prototype of the quadruped in the
 same rounds. The shares say where the wall time of a short evolutionary run goes: into the compiled
 call (and of that into priming), and into selection, mutation and the rest. Scaling and shares mean
-little on a machine that does something else meanwhile.
+little on a machine that does something else meanwhile. `--profile` says where the time of a single
+evaluation goes (module `engine_profile`).
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from training.measure import engine_profile
 from w2b_controller.network import Network
 from w2b_sim import bodies
 from w2b_sim.bodies.model import Body
@@ -46,6 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='only this one; may be given several times')
     parser.add_argument('--prototype', type=Path, default=None, metavar='LIBRARY.so',
                         help='the C++ prototype, built with single precision, beside the engines')
+    parser.add_argument('--profile', action='store_true',
+                        help='also where the time of one evaluation goes')
 
 
 def main(args: argparse.Namespace) -> int:
@@ -67,6 +71,9 @@ def main(args: argparse.Namespace) -> int:
         except (OSError, AttributeError) as error:
             print(f'bench: {args.prototype}: not a built prototype ({error})', file=sys.stderr)
             return 2
+    if args.profile:
+        result['profile'] = engine_profile.profile(bodies.get(usual),
+                                                   *_workload(bodies.get(usual)))
     if args.json:
         print(json.dumps(result))
         return 0
@@ -77,6 +84,8 @@ def main(args: argparse.Namespace) -> int:
     if 'prototype' in result:
         print('C++ prototype: {cpp:,.0f} a second; batched, single: {batched_f32:,.0f}, '
               '{ratio:.2f} times that'.format(**result['prototype']))
+    if 'profile' in result:
+        print(engine_profile.lines(result['profile']))
     return 0
 
 

@@ -28,13 +28,14 @@ FAR_M = -1e30
 
 
 @inlined
-def find(layout, tables, state, frame, touch, near, reach):
+def find(layout, tables, state, frame, touch, near, held, reach):
     """
     Work out depths, the touch sensors' depths and the contacts that some lane has.
 
     Contacts are spheres within `reach` of the floor. Returns their number; `near` (C,) lists them.
     A depth needs one row of the rotation matrix; arms and drives are worked out for the contacts
-    in the list alone, and links far above the floor in all lanes are passed over.
+    in the list alone, and links far above the floor in all lanes are passed over. `held` (C,) says
+    of which spheres an impulse is kept from the last step: those in its list.
     """
     for sensor in range(layout.touches):
         touch[sensor] = splat(layout, FAR_M)
@@ -45,23 +46,25 @@ def find(layout, tables, state, frame, touch, near, reach):
         if any_lane(height <= tables.extent[k] + FARTHEST_GAP_M):
             for c in range(first, last):
                 depth = _depth(frame, tables, k, c, height)
-                frame.depth[c] = depth
                 sensor = tables.contact_touch[c]
                 if sensor >= 0:
                     touch[sensor] = vmax(touch[sensor], depth)
                 if any_lane(depth >= -reach):
                     near[count] = c
                     count += 1
+                    held[c] = 1
+                    frame.depth[c] = depth
                     lever = rotate_row(frame.rotation, k, tables.contact_offset, c)
                     lever = (lever[0], lever[1], lever[2] - tables.contact_radius[c])
                     set3(frame.contact_arm, c, add(get3(frame.arm, k), lever))
                     set3(frame.contact_drive, c, add(
                         get3(frame.drive, k), cross(get3(frame.drive_spin, k), lever)))
-                else:
-                    _forget(layout, state, c)
+                elif held[c]:
+                    _forget(layout, state, held, c)
         else:
             for c in range(first, last):
-                _forget(layout, state, c)
+                if held[c]:
+                    _forget(layout, state, held, c)
     return count
 
 
@@ -75,8 +78,9 @@ def _depth(frame, tables, k, c, height):
 
 
 @inlined
-def _forget(layout, state, c):
-    """Drop the impulses of a contact that no lane has."""
+def _forget(layout, state, held, c):
+    """Drop the impulses of a contact that no lane has any more."""
+    held[c] = 0
     state.press[c] = splat(layout, 0.0)
     state.press_first[c] = splat(layout, 0.0)
     state.slide_x[c] = splat(layout, 0.0)

@@ -128,6 +128,8 @@ class BatchedEngine:
             dynamic = self.layout.dynamic > 0
             sweeps = ((0, DYNAMIC_COULOMB_SWEEPS if dynamic else COULOMB_SWEEPS) if coulomb else
                       (DYNAMIC_SWEEPS if dynamic else VISCOUS_SWEEPS)[bits])
+        #: Of the contact solve's two stages.
+        self.sweeps = sweeps
         h = world.physics_step_s
         speculative = world.friction is not None
         self._clock = kernel.Clock(

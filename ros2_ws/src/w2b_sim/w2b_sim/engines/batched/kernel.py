@@ -159,7 +159,9 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
     senses, new = local1(layout, layout.sensors), local1(layout, layout.hidden)
     shove = local1(layout, 2)
     shake = local1(layout, layout.joints)
-    near = integers(layout, layout.contacts)
+    near, held = integers(layout, layout.contacts), integers(layout, layout.contacts)
+    for c in range(layout.contacts):
+        held[c] = 0
     for i in range(3, layout.outcomes):
         outcome[i] = splat(layout, 0.0)
     for sensor in range(layout.touches):
@@ -192,7 +194,7 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
             for j in range(joints):
                 _servo(layout, tables, clock, state, frame, parameters, shake, j)
             drives(layout, tables, state, frame, parameters[ERP_PER_H])
-            found = find(layout, tables, state, frame, touch, near, clock.reach)
+            found = find(layout, tables, state, frame, touch, near, held, clock.reach)
             if substep == 0:
                 _sense(layout, tables, batch.noisy, batch.seeds, first, t, parameters, state,
                        touch, felt, senses, outcome)

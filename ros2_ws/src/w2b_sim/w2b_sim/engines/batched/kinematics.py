@@ -93,8 +93,9 @@ def drives(layout, tables, state, frame, erp_per_h):
                   sub(arm, get3(frame.arm, p)))
         velocity = add(get3(frame.drive, p), cross(parent_spin, parent_arm))
         velocity = sub(velocity, cross(spin, child_arm))
-        set3(frame.axis, k, axis)
-        set3(frame.hinge, k, hinge)
+        if layout.dynamic > 0:
+            set3(frame.axis, k, axis)
+            set3(frame.hinge, k, hinge)
         set3(frame.arm, k, arm)
         set3(frame.drive_spin, k, spin)
         set3(frame.drive, k, sub(velocity, scale(off, erp_per_h)))
