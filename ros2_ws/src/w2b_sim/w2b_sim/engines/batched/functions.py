@@ -85,7 +85,7 @@ def hinge_angle(sine, cosine):
 
     The quotient is an even and smooth function of the angle; a polynomial in 1 - cosine, fitted to
     angles of up to 90 degrees, is exact to the last places there without a division. At 120 degrees
-    it is off by 2e-5 of the angle (in double precision by 1e-10).
+    it is off by 2e-5 of the angle (in double precision by 4e-10).
     """
     d = 1.0 - cosine
     if is_single(d):
