@@ -242,6 +242,15 @@ def test_what_cannot_be_is_refused_in_one_line(
     assert not list((tmp_path / 'study').glob('runs/*')), 'nothing was begun'
 
 
+def test_a_place_that_is_no_directory_is_refused(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write(tmp_path / 'study.yaml', plain())
+    assert main_command('study', file, '--out', file) == 2
+    error = capsys.readouterr().err
+    assert 'expected a directory for the study' in error
+    assert 'choose another --out' in error
+
+
 def test_a_word_outside_the_vocabulary_is_refused(tmp_path: Path) -> None:
     words = tmp_path / 'words.txt'
     rows = [f'{word} 1 2 3' for word in ('forward', 'backward', 'stop', 'cease', 'suspend')]
