@@ -183,11 +183,14 @@ def append_line(path: Path, event: str, **values: Any) -> None:
 def journal(path: Path) -> list[dict[str, Any]]:
     """Return the events of a journal."""
     events = []
-    for line in path.read_text(encoding='utf-8').splitlines() if path.exists() else ():
+    text = path.read_text(encoding='utf-8', errors='replace') if path.exists() else ''
+    for line in text.splitlines():
         try:
-            events.append(json.loads(line))
-        except ValueError:
+            event = json.loads(line)
+        except (ValueError, RecursionError):
             continue
+        if isinstance(event, dict):
+            events.append(event)
     return events
 
 

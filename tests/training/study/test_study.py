@@ -28,6 +28,7 @@ from training.study.config import parse_config
 from training.study.directory import (
     StudyDirectory,
     StudyError,
+    append_line,
     completions,
     journal,
     locked,
@@ -152,6 +153,16 @@ def test_killed_and_started_again_nothing_is_lost_or_done_twice(tmp_path: Path) 
     started = [sum(event['event'] == 'started' for event in journal(path))
                for path in study.glob('runs/*/journal.jsonl')]
     assert max(started) > 1, 'the kills came too late to test anything'
+
+
+def test_damaged_lines_of_a_journal_are_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / 'journal.jsonl'
+    append_line(path, 'started')
+    with path.open('ab') as file:
+        file.write(b'[]\n3\n\xff\xfe\n{"event": "comple')
+    append_line(path, 'completed')
+    assert [event['event'] for event in journal(path)] == ['started', 'completed']
+    assert journal(tmp_path / 'none') == []
 
 
 def test_a_damaged_checkpoint_fails_that_run_only(tmp_path: Path) -> None:
