@@ -104,7 +104,12 @@ def main(args: argparse.Namespace) -> int:
             raise ValueError('--checkpoint-generations: expected an integer >= 1, '
                              f'got {args.checkpoint_generations}')
         result = _run(config_of(args), args)
-    except (ValueError, OSError) as error:
+    except OSError as error:
+        print(f'evolve: {args.out}: cannot be written or read ({error.strerror or error}); put '
+              'that right and give the same command again: it goes on from the last checkpoint',
+              file=sys.stderr)
+        return 2
+    except ValueError as error:
         print(f'evolve: {" ".join(str(error).split())}', file=sys.stderr)
         return 2
     except MemoryError as error:
