@@ -100,7 +100,7 @@ class HardwareSystem:
                 self.trigger('arm')
                 self.spin(0.2)
             return self.state() == 'ACTIVE' and self.all_driven()
-        self.system.wait(following, 'state ACTIVE', 60.0)
+        self.system.wait(following, 'state ACTIVE')
 
     def all_driven(self) -> bool:
         """Whether all twelve servos get pulses, asked of the chip."""
@@ -116,7 +116,7 @@ class HardwareSystem:
             if self.off():
                 self.arm()
             return self.following()
-        self.system.wait(following, 'servos that follow', 60.0)
+        self.system.wait(following, 'servos that follow')
 
     def longest_gap_s(self, since_ns: int, until_ns: int) -> float:
         """Return the longest time between frames of which one lies within two times (ROS clock)."""
@@ -128,8 +128,8 @@ class HardwareSystem:
         """Return the time that frames are stamped with."""
         return int(self.system.node.get_clock().now().nanoseconds)
 
-    def wait_for_state(self, state: str, deadline_s: float = 20.0) -> None:
-        self.system.wait(lambda: self.state() == state, f'state {state}', deadline_s)
+    def wait_for_state(self, state: str) -> None:
+        self.system.wait(lambda: self.state() == state, f'state {state}')
 
     def state(self) -> str:
         status = self.system.statuses.get('hardware: safety')
@@ -140,8 +140,8 @@ class HardwareSystem:
         """Whether no channel puts out a pulse, asked of the chip."""
         return not any(self.chips.outputs()[-1].pulses_us)
 
-    def wait_until_off(self, deadline_s: float = 20.0) -> None:
-        self.system.wait(self.off, 'all channels off', deadline_s)
+    def wait_until_off(self) -> None:
+        self.system.wait(self.off, 'all channels off')
 
     def spin(self, seconds: float) -> None:
         """Let time pass."""
