@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.evolution import checkpoint
+from training.evolution.operators import Layout
 from training.robust import gate
 from training.robust.champions import HELD_OUT, MOVE_M, TRAINED, config_of
 from training.robust.scenarios import DIRECTION, Randomisation
@@ -101,13 +102,24 @@ def _table(args: argparse.Namespace) -> str:
 
 def _walkers(args: argparse.Namespace, config: RobustConfig, vectors: dict[str, Array]) -> Array:
     if args.walkers is not None:
-        walkers: Array = np.load(args.walkers, allow_pickle=False)
-        return walkers
-    from training.evolution.operators import Layout
-
+        return load_walkers(args.walkers, Layout.of(bodies.get(config.body)).size)
     networks, _fitness = train(config, args.out / 'walkers', vectors=vectors, stages=1,
                                threads=args.threads)
     return Layout.of(bodies.get(config.body)).genome(networks)
+
+
+def load_walkers(path: Path, size: int) -> Array:
+    """Return the genomes (N, `size`) in a .npy file (ValueError if there are none)."""
+    try:
+        walkers = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise ValueError(f'--walkers {path}: expected a .npy file of genomes, got none that can be '
+                         f'read ({checkpoint.reason(error)})') from None
+    if not (isinstance(walkers, np.ndarray) and walkers.dtype.kind == 'f' and walkers.ndim == 2
+            and walkers.shape[0] > 0 and walkers.shape[1] == size):
+        raise ValueError(f'--walkers {path}: expected numbers of shape (N, {size}), '
+                         f'got {getattr(walkers, "shape", "an .npz file")}')
+    return walkers.astype(np.float64)
 
 
 def _harden(config: RobustConfig, means: Randomisation, touch: bool, walkers: Array,

@@ -199,8 +199,7 @@ def beginning(config: RobustConfig, gait: str | None, vectors: Mapping[str, Arra
     from training.robust.hearing import rehear
     from w2b_controller import controller_file
 
-    path = Path(gait) if Path(gait).exists() else controller_file.shipped(gait)
-    walker = controller_file.load(path)
+    walker = controller_file.load(controller_file.resolve(gait))
     if walker.body != config.body:
         raise ValueError(f'gait: expected a controller for {config.body}, got one for '
                          f'{walker.body}')
