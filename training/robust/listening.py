@@ -36,14 +36,16 @@ class Listening:
     """
     How long to listen before walking.
 
-    `attempts` independent runs of `generations` each; `redraw` as in a robust stage. No attempts:
-    walk at once.
+    `attempts` independent runs of `generations` each; `redraw`, `moves` and `stops` as in a robust
+    stage. No attempts: walk at once.
     """
 
     attempts: int = 6
     generations: int = 500
     redraw: int = 25
     population: int = 50
+    moves: int = 4
+    stops: int = 10
 
 
 def score(hidden_weights: Array, scenario: Scenario) -> Array:
@@ -95,7 +97,8 @@ def listen(layout: Layout, plan: Listening, seed: int, scenario: Callable[
         now = test
         for generation in range(plan.generations):
             if generation % plan.redraw == 0:
-                now = scenario(generator(seed, VARIATIONS, 2, attempt, generation), 4, 10)
+                now = scenario(generator(seed, VARIATIONS, 2, attempt, generation), plan.moves,
+                               plan.stops)
                 if generation:
                     again = score(ear.network(afpo.population.genomes).hidden_weights, now)
                     afpo.population = replace(afpo.population, fitness=again)

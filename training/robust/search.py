@@ -32,9 +32,10 @@ from training.evolution.operators import Layout, mutate_mixed, random_genomes
 from training.evolution.run import Progress
 from training.evolution.rundir import RunDirectory
 from training.evolution.treatments import Words
+from training.robust.careful import careful_mutation
 from training.robust.listening import Listening, listen, newcomers
 from training.robust.objective import fitness, values
-from training.robust.scenarios import DIRECTION, Randomisation, Scenario, draw
+from training.robust.scenarios import DIRECTION, MOVE_NOISE, Randomisation, Scenario, draw
 from w2b_controller import __version__
 from w2b_controller.network import Network
 from w2b_sim import bodies
@@ -97,6 +98,11 @@ class RobustConfig:
         Before the first stage.
     stages
         One after the other.
+    move_noise
+        As in `scenarios.draw`.
+    careful
+        Most children keep their parent's hidden weights, and none hears the words worse than its
+        parent (`careful.careful_mutation`): for newcomers that hear well from the start.
 
     """
 
@@ -110,6 +116,8 @@ class RobustConfig:
     randomisation: Randomisation = field(default_factory=Randomisation)
     listening: Listening = field(default_factory=Listening)
     stages: tuple[Stage, ...] = STAGES
+    move_noise: float = MOVE_NOISE
+    careful: bool = False
 
     def __post_init__(self) -> None:
         """Check the fields (ValueError, naming the field, with what was expected and what came)."""
@@ -196,7 +204,8 @@ class RobustSearch:
             for soon, world in ((False, self.world), (True, dry))}
         self.layout = Layout.of(body)
         self.rng = treatments.generator(config.seed, treatments.EVOLUTION)
-        self.afpo = Afpo(self.layout, self.rng, capacity=config.population, mutation=mutate_mixed,
+        self.afpo = Afpo(self.layout, self.rng, capacity=config.population,
+                         mutation=careful_mutation(heard) if config.careful else mutate_mixed,
                          newcomers=self._newcomers())
         self.evaluations = 0
         #: Number of an individual -> its values (R,) in the scenario of now.
@@ -208,14 +217,13 @@ class RobustSearch:
 
     def _newcomers(self) -> Newcomers:
         config = self.config
-        if not config.listening.attempts:
-            return random_genomes
         listeners = self._listeners_file()
+        if listeners is None and not config.listening.attempts:
+            return random_genomes
         if listeners is None:
             listeners = listen(self.layout, config.listening, config.seed,
-                               lambda rng, moves, stops: draw(
-                                   rng, self.heard, self.world, config.randomisation,
-                                   moves=moves, stops=stops))
+                               lambda rng, moves, stops: self._draw(
+                                   rng, config.randomisation, moves, stops))
             if self.place is not None:
                 save_array(self.place.path / 'listeners.npy', listeners)
         return newcomers(listeners)
@@ -257,8 +265,12 @@ class RobustSearch:
         means = self.config.randomisation
         if not stage.vectors:
             means = replace(means, vectors=False)
-        return stage, draw(rng, self.heard, self.world, means, moves=stage.moves,
-                           stops=stage.stops)
+        return stage, self._draw(rng, means, stage.moves, stage.stops)
+
+    def _draw(self, rng: np.random.Generator, means: Randomisation, moves: int,
+              stops: int) -> Scenario:
+        return draw(rng, self.heard, self.world, means, moves=moves, stops=stops,
+                    move_noise=self.config.move_noise)
 
     def _is_new(self, generation: int) -> bool:
         """Whether a generation's scenario is not the one of the generation before."""
@@ -385,7 +397,7 @@ class RobustSearch:
         """Return the population's networks and fitness, best first in 24 + 24 + 32 situations."""
         stage = replace(self.stage, length=1.0)
         rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**31)
-        scenario = draw(rng, self.heard, self.world, self.config.randomisation, moves=24, stops=32)
+        scenario = self._draw(rng, self.config.randomisation, 24, 32)
         genomes = self._felt(self.afpo.population.genomes, stage)
         score = fitness(self.judge(genomes, scenario, stage), scenario.directions)
         order = np.argsort(-score, kind='stable')

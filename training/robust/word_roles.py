@@ -4,7 +4,7 @@ Who may hear which word: the roles of the words behind a champion.
 - *trained*: heard in evolution; gates may ask for them;
 - *validation*: never heard, but may choose among candidates;
 - *held out*: never heard and never asked before the one candidate is chosen that ships. What a
-  champion does under them is told once (`training.blind`); the record counts the candidates told.
+  champion does under them is told once (`blind`); the record counts the candidates told.
 
 `QUADRUPED` was fixed, and committed, before the first controller of its champion was evolved, by a
 rule that looks at words and never at what a controller does under them:
@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from training.treatments import Words
+from training.evolution.treatments import Words
 
 
 @dataclass(frozen=True)

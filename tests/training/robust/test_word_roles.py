@@ -5,7 +5,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from training.word_roles import QUADRUPED, WordRoles, asking
+from training.robust.word_roles import QUADRUPED, WordRoles, asking
 from w2b_controller.vocabulary import Vocabulary
 
 HELD_OUT_STEMS = ('halt', 'suspen')
