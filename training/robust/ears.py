@@ -36,8 +36,8 @@ REST, RHYTHM = 0.03, 0.3
 CONTRAST = 0.5
 #: Noisy versions of each word, and the standard deviation of a move word's noise.
 NOISY, MOVE_NOISE = 16, 0.02
-#: How many ears are kept.
-KEEP = 20
+#: How many ears are kept, and how many of one run at most: those of one run are much alike.
+KEEP, ALIKE = 10, 3
 
 
 class Screen(NamedTuple):
@@ -137,14 +137,14 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
                     f'{best.validation[first[0]]:.0%} of the validation words, '
                     f'{best.sturdy[first[0]]:.0%} with noise' if len(first)
                     else 'no rhythm for each move'))
-            found.append(np.load(path, allow_pickle=False))
+            heads = np.load(path, allow_pickle=False)
+            found.append(heads[screen(heads, roles, vectors).order()[:ALIKE]])
     ears = np.concatenate(found)
-    all_of_them = screen(ears, roles, vectors)
-    order = all_of_them.order()[:KEEP]
-    if not len(order):
-        raise ValueError(f'ears: expected some with a rhythm for each move, got none of '
-                         f'{len(ears)}; give more seeds')
-    return ears[order], Screen(*(column[order] for column in all_of_them))
+    if not len(ears):
+        raise ValueError('ears: expected some with a rhythm for each move, got none; give more '
+                         'seeds')
+    chosen: Array = ears[screen(ears, roles, vectors).order()[:KEEP]]
+    return chosen, screen(chosen, roles, vectors)
 
 
 def heard_of(words: Words, vectors: Mapping[str, Array]) -> dict[str, Array]:

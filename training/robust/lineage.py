@@ -26,7 +26,7 @@ import numpy as np
 from training.evolution import checkpoint
 from training.evolution.operators import Array, Layout
 from training.evolution.run import Progress
-from training.evolution.treatments import GATE, generator
+from training.evolution.treatments import GATE, Words, generator
 from training.robust import ears, gate
 from training.robust.listening import Listening
 from training.robust.search import RobustConfig, Stage, train
@@ -162,10 +162,11 @@ class Lineage:
         return self._gate(candidate.network, self.roles.trained, self.roles.validation,
                           gate.STARTS, FINAL_GATE)
 
-    def _gate(self, network: Network, words: ears.Words, unheard: ears.Words, starts: int,
+    def _gate(self, network: Network, words: Words, validation: Words, starts: int,
               seed: int) -> tuple[gate.Row, ...]:
-        return gate.gate(network, self.body, self.world, words, unheard, self.vectors,
-                         move_m=self.move_m, starts=starts, seed=seed, processes=self.threads)
+        return gate.gate(network, self.body, self.world, words, (), self.vectors,
+                         move_m=self.move_m, starts=starts, seed=seed, processes=self.threads,
+                         validation=validation)
 
 
 def _one(networks: Network, index: int) -> Network:
