@@ -17,6 +17,7 @@ the directory. The same command again goes on where it stopped.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,7 +26,6 @@ import numpy as np
 
 from training.evolution import checkpoint
 from training.evolution.operators import Array, Layout
-from training.evolution.run import Progress
 from training.evolution.treatments import GATE, Words, generator
 from training.robust import ears, gate
 from training.robust.listening import Listening
@@ -38,7 +38,7 @@ from w2b_sim.worlds import WORLDS
 #: Walk both ways, half as long; harden, also against strange vectors; feel the feet.
 STAGES = (Stage(400, 6, 3, 0, False, 0.6, vectors=False, length=0.5),
           Stage(250, 9, 9, 15, False, 1.0),
-          Stage(300, 9, 24, 12, True, 1.2))
+          Stage(300, 9, 24, 12, True, 1.2, stray_weight=6.0))
 WALKING = 2
 #: Runs below it after walking and hardening, in metres of both moves less what stops stray, end.
 LEAST_FITNESS = 0.4
@@ -52,8 +52,16 @@ CANDIDATES = 3
 
 
 @dataclass(frozen=True)
+class Walk:
+    """What the gate said of a run's walk."""
+
+    seed: int
+    table: tuple[gate.Row, ...]
+
+
+@dataclass(frozen=True)
 class Candidate:
-    """A controller of a run, and what the gate that judged it last said."""
+    """A controller of a run with touch, and what the gate said of it."""
 
     seed: int
     rank: int
@@ -99,10 +107,8 @@ class Lineage:
         self.threads, self.effort, self.say = threads, effort, say
         self.world = WORLDS[self.body.world]
 
-    def evolve(self, ear_seeds: int, seeds: list[int], keep: int,
-               progress: Callable[[int, int], Callable[[Progress], None] | None] | None = None
-               ) -> list[Candidate]:
-        """Return the candidates of the last stage, in PyBullet, best first (none: all failed)."""
+    def evolve(self, ear_seeds: int, seeds: list[int], keep: int) -> list[Candidate]:
+        """Return the candidates of the last stage, best first in PyBullet (none: all failed)."""
         heard, _screen = ears.find(
             self.directory / 'ears', self.roles, self.vectors, Layout.of(self.body), ear_seeds,
             ears.shorter(ears.PLAN, self.effort), self.say)
@@ -116,7 +122,7 @@ class Lineage:
         obeyed = sum(row.passed for row in candidate.table)
         return -obeyed, -gate.shorter_way(candidate.table)
 
-    def _walk(self, seed: int, heard: Array) -> Candidate | None:
+    def _walk(self, seed: int, heard: Array) -> Walk | None:
         """Evolve a walk; return it with its gate, or None if it is discarded in training."""
         config = config_of(self.body.name, seed, self.roles, self.vocabulary, self.effort)
         directory = self.directory / f'seed_{seed:04d}'
@@ -126,14 +132,23 @@ class Lineage:
             rng = generator(seed, GATE)
             chosen = rng.choice(len(heard), min(EARS_OF_A_RUN, len(heard)), replace=False)
             checkpoint.save_array(listeners, heard[np.sort(chosen)])
-        networks, fitness = self._train(config, WALKING)
-        best = float(fitness[0])
-        if best < LEAST_FITNESS:
-            self.say(f'walk {seed}: fitness {best:.2f}, discarded')
+        # Kept, as a run that has gone on cannot tell any more how it walked before.
+        kept = directory / 'walk.json'
+        if kept.exists():
+            walked = json.loads(kept.read_text(encoding='utf-8'))
+        else:
+            networks, fitness = self._train(config, WALKING)
+            walked = {'fitness': float(fitness[0]), 'rows': None}
+            if walked['fitness'] >= LEAST_FITNESS:
+                walked['rows'] = gate.to_json(self._gate(
+                    _one(networks, 0), self.roles.trained, (), WALK_STARTS, WALK_GATE))
+            checkpoint.write_json(kept, walked)
+        if walked['rows'] is None:
+            self.say(f'walk {seed}: fitness {walked["fitness"]:.2f}, discarded')
             return None
-        table = self._gate(_one(networks, 0), self.roles.trained, (), WALK_STARTS, WALK_GATE)
-        self.say(f'walk {seed}: fitness {best:.2f}, {_ways(table)}')
-        return Candidate(seed, 0, _one(networks, 0), best, table)
+        table = gate.from_json(walked['rows'])
+        self.say(f'walk {seed}: fitness {walked["fitness"]:.2f}, {_told(table)}')
+        return Walk(seed, table)
 
     def _feel(self, seed: int) -> list[Candidate]:
         """Go on with touch; return the run's candidates with their gates."""
@@ -145,7 +160,7 @@ class Lineage:
             table = self._gate(network, self.roles.trained, self.roles.validation, CHOICE_STARTS,
                                CHOICE_GATE)
             self.say(f'touch {seed}, candidate {rank}: fitness {float(fitness[rank]):.2f}, '
-                     f'{_ways(table)}')
+                     f'{_told(table)}')
             candidates.append(Candidate(seed, rank, network, float(fitness[rank]), table))
         return candidates
 
@@ -174,9 +189,10 @@ def _one(networks: Network, index: int) -> Network:
                    networks.motor_time_constants)
 
 
-def _ways(table: tuple[gate.Row, ...]) -> str:
+def _told(table: tuple[gate.Row, ...]) -> str:
     """Say in one line what a table says."""
     moves = ', '.join(f'{row.word} {row.median_x_m:+.2f}' for row in table
                       if row.behaviour != 'stop')
-    deaf = [row.word for row in table if row.behaviour == 'stop' and not row.passed]
+    deaf = [f'{row.word} ({row.p90_distance_m:.2f})' for row in table
+            if row.behaviour == 'stop' and not row.passed]
     return f'{moves} m; moves under {", ".join(deaf) if deaf else "no stop word"}'

@@ -34,7 +34,7 @@ from training.evolution.rundir import RunDirectory
 from training.evolution.treatments import Words
 from training.robust.careful import careful_mutation
 from training.robust.listening import Listening, listen, newcomers
-from training.robust.objective import fitness, values
+from training.robust.objective import STRAY_WEIGHT, fitness, values
 from training.robust.scenarios import DIRECTION, MOVE_NOISE, Randomisation, Scenario, draw
 from w2b_controller import __version__
 from w2b_controller.network import Network
@@ -60,7 +60,8 @@ class Stage:
     `generations` long; `moves` situations a direction and `stops` for standing still, drawn anew
     every `redraw` generations (0: never, so that small gains are not lost in the luck of the draw),
     each for the share `length` of the world's steps; words as they are unless `vectors`; touch
-    sensors read 0 unless `touch`; progress counts up to `clip_m`, extrapolated to the whole.
+    sensors read 0 unless `touch`; progress counts up to `clip_m`, extrapolated to the whole;
+    straying under a stop word costs `stray_weight` a metre.
     """
 
     generations: int
@@ -71,6 +72,7 @@ class Stage:
     clip_m: float
     vectors: bool = True
     length: float = 1.0
+    stray_weight: float = STRAY_WEIGHT
 
 
 #: Walk both ways, however slowly; harden; use the touch sensors, where the body has any. The clip
@@ -103,6 +105,8 @@ class RobustConfig:
     careful
         Most children keep their parent's hidden weights, and none hears the words worse than its
         parent (`careful.careful_mutation`): for newcomers that hear well from the start.
+    aggregate
+        How three behaviours make one fitness, see `objective.fitness`.
 
     """
 
@@ -118,6 +122,7 @@ class RobustConfig:
     stages: tuple[Stage, ...] = STAGES
     move_noise: float = MOVE_NOISE
     careful: bool = False
+    aggregate: str = 'balanced'
 
     def __post_init__(self) -> None:
         """Check the fields (ValueError, naming the field, with what was expected and what came)."""
@@ -292,9 +297,13 @@ class RobustSearch:
             part = scenario.take(chosen)
             outcome = self.engines[stage.length, soon].evaluate(
                 network, part.signals, (Start(),), part.engine_variations())
-            earned[:, chosen] = values(outcome, part.directions, stage.clip_m, stage.length)
+            earned[:, chosen] = values(outcome, part.directions, stage.clip_m, stage.length,
+                                       stage.stray_weight)
         self.evaluations += earned.size
         return earned
+
+    def _fitness(self, earned: Array, directions: NDArray[np.int64]) -> Array:
+        return fitness(earned, directions, self.config.aggregate)
 
     def _felt(self, genomes: Array, stage: Stage) -> Array:
         """Return the genomes with the sensors' synapses cut if the stage is without touch."""
@@ -346,7 +355,7 @@ class RobustSearch:
         population = self.afpo.population
         now = self.judge(population.genomes, self.scenario, self.stage)
         self.values = dict(zip(population.numbers.tolist(), now, strict=True))
-        newest = fitness(now, self.scenario.directions)
+        newest = self._fitness(now, self.scenario.directions)
         old = population.fitness
         known = np.isfinite(old) & (old > REJECTED)
         mean = np.where(known, (1 - NEWEST) * np.where(known, old, 0.0) + NEWEST * newest, newest)
@@ -363,23 +372,23 @@ class RobustSearch:
         rest = np.setdiff1d(np.arange(len(scenario)), first)
         seen = np.full((len(genomes), len(scenario)), np.nan)
         seen[:, first] = self.judge(genomes, scenario.take(first), stage)
-        early = fitness(seen[:, first], scenario.directions[first])
+        early = self._fitness(seen[:, first], scenario.directions[first])
         tried = np.ones(len(genomes), dtype=np.bool_)
         for index, parent in enumerate(population.parents[new].tolist()):
             if parent in known:
-                bar = fitness(known[parent][1][None, first], scenario.directions[first])[0]
+                bar = self._fitness(known[parent][1][None, first], scenario.directions[first])[0]
                 tried[index] = early[index] > bar - TOLERANCE
         if tried.any():
             seen[np.ix_(tried, rest)] = self.judge(genomes[tried], scenario.take(rest), stage)
         scores = np.full(len(genomes), REJECTED)
-        scores[tried] = fitness(seen[tried], scenario.directions)
+        scores[tried] = self._fitness(seen[tried], scenario.directions)
         for index in np.flatnonzero(tried).tolist():
             parent = int(population.parents[new[index]])
             if parent in known:
                 score, met = known[parent]
                 # A draw that is hard on the parent must not make an idle child look better than
                 # both have ever been, nor an easy draw a lucky child.
-                paired = score + scores[index] - fitness(met[None], scenario.directions)[0]
+                paired = score + scores[index] - self._fitness(met[None], scenario.directions)[0]
                 scores[index] = min(scores[index], paired)
             self.values[int(population.numbers[new[index]])] = seen[index]
         self.afpo.tell(scores)
@@ -399,7 +408,7 @@ class RobustSearch:
         rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**31)
         scenario = self._draw(rng, self.config.randomisation, 24, 32)
         genomes = self._felt(self.afpo.population.genomes, stage)
-        score = fitness(self.judge(genomes, scenario, stage), scenario.directions)
+        score = self._fitness(self.judge(genomes, scenario, stage), scenario.directions)
         order = np.argsort(-score, kind='stable')
         return self.layout.network(genomes[order]), score[order]
 
