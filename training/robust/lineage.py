@@ -115,9 +115,9 @@ class Lineage:
         walks = [walk for seed in seeds if (walk := self._walk(seed, heard)) is not None]
         walks.sort(key=lambda walk: -gate.worst_margin(walk.table, self.move_m))
         candidates = [candidate for walk in walks[:keep] for candidate in self._feel(walk.seed)]
-        return sorted(candidates, key=self._order)
+        return sorted(candidates, key=self.order)
 
-    def _order(self, candidate: Candidate) -> tuple[float, float]:
+    def order(self, candidate: Candidate) -> tuple[float, float]:
         """Trained and validation words obeyed, then the shorter of the two ways."""
         obeyed = sum(row.passed for row in candidate.table)
         return -obeyed, -gate.shorter_way(candidate.table)

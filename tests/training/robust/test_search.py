@@ -73,6 +73,14 @@ def test_fitness_is_half_mean_half_worst_third():
         (0.15 + 0.0) + 0.5 + (-0.05 - 0.15))
 
 
+def test_the_other_aggregates():
+    earned = np.array([[0.0, 0.3, 0.6, 0.2, 0.2, 0.2, 0.0, 0.0, -0.3]])
+    assert fitness(earned, WAYS, 'mean')[0] == pytest.approx(0.3 + 0.2 - 0.1)
+    assert fitness(earned, WAYS, 'worst_word')[0] == pytest.approx(3 * (-0.05 - 0.15))
+    with pytest.raises(ValueError, match=r"aggregate: expected one of .*, got 'luck'"):
+        fitness(earned, WAYS, 'luck')
+
+
 def test_an_engine_that_does_not_tell_is_refused():
     plain = replace(seen(0.0, 0.0), halfway_position_m=None)
     with pytest.raises(ValueError, match='needs the halfway and farthest positions'):
@@ -220,7 +228,20 @@ def test_the_gate_row_by_row():
     tolerable = [0.01] * 18 + [0.2] * 2
     assert gate.passes(gate.rows(outcome([[0.6] * 20, [-0.6] * 20, tolerable]), words, (), 0.5))
     markdown = gate.to_markdown(table)
-    assert '| halt | stop | no | +0.01' in markdown
+    assert '| halt | stop | **held out** | +0.01' in markdown
+    assert gate.from_json(json.loads(json.dumps(gate.to_json(table)))) == table
+
+
+def test_validation_words_are_told_and_not_required():
+    words = (('forward', 'forward'), ('backward', 'backward'), ('stop', 'stop'))
+    table = gate.rows(outcome([[0.6] * 20, [-0.6] * 20, [0.0] * 20, [0.3] * 20, [0.0] * 20]),
+                      words, (('halt', 'stop'),), 0.5, validation=(('abort', 'stop'),))
+    assert [row.validation for row in table] == [False, False, False, True, False]
+    assert [row.required for row in table] == [True, True, True, False, True]
+    assert [row.passed for row in table] == [True, True, True, False, True]
+    assert gate.passes(table)
+    assert gate.shorter_way(table) == pytest.approx(0.6)
+    assert '| abort | stop | validation |' in gate.to_markdown(table)
 
 
 def test_explosions_pass_no_gate():
