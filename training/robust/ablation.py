@@ -1,7 +1,7 @@
 """
 How robustness grows with each means of the robust mode.
 
-  python -m training ablation --ears out/champions/quadruped/ears --out out/ablation --seeds 0-4
+  python -m training ablation --out out/ablation --seeds 0-4
 
 Every row evolves walks from random motor weights and the same ears, several seeds each, with one
 more means of randomisation than the row above; then with all of them, but another aggregate of the
@@ -73,9 +73,9 @@ GATED = ROWS[4].name
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     add = parser.add_argument
-    add('--ears', type=Path, required=True, metavar='DIR',
-        help='the ears of a champion, as `champions` leaves them')
     add('--out', type=Path, required=True, metavar='DIR', help='where the runs and the table go')
+    add('--ears', type=int, default=20, metavar='N',
+        help='runs of listening before the first row (default: %(default)s)')
     add('--seeds', default='0-4', metavar='A-B', help='of each row (default: %(default)s)')
     add('--generations', type=int, default=300, metavar='N',
         help='of each run; a third more with touch (default: %(default)s)')
@@ -87,8 +87,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Run the command; return the exit code: 0, or 2 for an error."""
     try:
-        if args.generations < 3 or args.starts < 1:
-            raise ValueError('generations: expected at least 3, and starts at least 1')
+        if args.generations < 3 or args.starts < 1 or args.ears < 1:
+            raise ValueError('expected at least 3 generations, 1 start and 1 run of listening')
         print(_table(args))
     except (ValueError, OSError) as error:
         print(f'ablation: {" ".join(str(error).split())}', file=sys.stderr)
@@ -102,11 +102,8 @@ def _table(args: argparse.Namespace) -> str:
     vocabulary = Vocabulary.load()
     vectors = {word: vocabulary.vector(word) for word, _asked in QUADRUPED.trained
                + QUADRUPED.validation}
-    files = sorted(args.ears.glob('ears_*.npy'))
-    if not files:
-        raise ValueError(f'ears: expected files ears_*.npy in {args.ears}, got none')
-    heard, _screen = ears.find(args.ears, QUADRUPED, vectors, Layout.of(bodies.get(BODY)),
-                               len(files))
+    heard, _screen = ears.find(args.out / 'ears', QUADRUPED, vectors, Layout.of(bodies.get(BODY)),
+                               args.ears, say=lambda text: print(text, file=sys.stderr))
     rows = []
     chosen: list[dict[str, Any]] = []
     for treatment in ROWS:
@@ -151,9 +148,11 @@ def _run(args: argparse.Namespace, treatment: Treatment, seed: int, heard: Array
 def config_of(treatment: Treatment, seed: int, generations: int) -> RobustConfig:
     """Return the run of a row's seed."""
     vectors = 'vectors' in treatment.means
-    stages: tuple[Stage, ...] = (Stage(generations, 6, 6, 15, False, CLIP_M, vectors=vectors),)
+    stages: tuple[Stage, ...] = (Stage(generations, 6, 6, 15, False, CLIP_M, vectors=vectors,
+                                       stray_weight=3.0, free_stray_m=0.02),)
     if treatment.touch:
-        stages += (Stage(generations // 3, 6, 9, 15, True, CLIP_M),)
+        stages += (Stage(generations // 3, 6, 9, 15, True, CLIP_M, stray_weight=3.0,
+                         free_stray_m=0.02),)
     return RobustConfig(
         body=BODY, seed=seed, words=QUADRUPED.trained, listening=Listening(attempts=0),
         randomisation=Randomisation.only(*treatment.means), move_noise=ears.MOVE_NOISE,

@@ -16,7 +16,7 @@ import numpy as np
 from training.evolution.afpo import Mutation
 from training.evolution.operators import Array, Layout, mutate_mixed
 from training.robust.hidden_life import live
-from training.robust.listening import LIVELY, RESTLESS
+from training.robust.listening import LIVELY, RESTLESS, TOUCH_INPUT
 from training.robust.scenarios import STOP_NOISE
 
 #: Share of the children whose hidden weights may change at all.
@@ -28,15 +28,17 @@ RHYTHM_WEIGHT = 4.0
 NOISE_SEED = 0
 
 
-def careful_mutation(heard: Mapping[str, Array]) -> Mutation:
+def careful_mutation(heard: Mapping[str, Array], hidden_count: int) -> Mutation:
     """
     Return `mutate_mixed` for networks that shall go on hearing.
 
     Parameters
     ----------
     heard
-        Behaviour -> vectors (W, T) of the trained words. They are tried as they are and once each
-        with noise.
+        Behaviour -> vectors (W, T) of the trained words. They are tried as they are, and with
+        noise and constant inputs from feet.
+    hidden_count
+        Of the networks, H.
 
     """
     rng = np.random.default_rng(NOISE_SEED)
@@ -45,12 +47,15 @@ def careful_mutation(heard: Mapping[str, Array]) -> Mutation:
         return np.concatenate([vectors, vectors + STOP_NOISE * rng.standard_normal(vectors.shape)])
 
     stops = twice(heard['stop'])
-    moves = [np.asarray(heard[behaviour]) for behaviour in ('forward', 'backward')]
+    moves = [np.repeat(heard[behaviour], 2, axis=0) for behaviour in ('forward', 'backward')]
     signals = np.concatenate([stops, *moves])
     first, second = len(stops), len(stops) + len(moves[0])
+    bias = TOUCH_INPUT * rng.standard_normal((len(signals), hidden_count))
+    bias[:len(stops) // 2] = 0.0
+    bias[first::2] = 0.0
 
     def hearing(genomes: Array, layout: Layout) -> Array:
-        life = live(layout.network(genomes).hidden_weights, signals)
+        life = live(layout.network(genomes).hidden_weights, signals, bias)
         unrest = np.sqrt((life.swing[:, :first]**2).mean(axis=-1))
         rest = (1 - np.minimum(1.0, unrest / RESTLESS)).sum(axis=1)
         rhythm = np.sqrt((life.late_swing[:, first:]**2).mean(axis=-1)).min(axis=1)

@@ -22,14 +22,14 @@ from training.evolution.operators import Array, Layout
 from training.evolution.rundir import RunDirectory
 from training.evolution.treatments import Words, vector_hash
 from training.robust.hidden_life import live
-from training.robust.listening import Listening, listen
+from training.robust.listening import TOUCH_INPUT, Listening, inputs, listen
 from training.robust.scenarios import DIRECTION, STOP_NOISE, Randomisation, draw
 from training.robust.word_roles import WordRoles
 from w2b_controller import __version__
 from w2b_sim.worlds import PAPER
 
 #: One attempt a seed, on larger draws than a robust run's own listening: more words are at stake.
-PLAN = Listening(attempts=1, generations=800, moves=4, stops=20)
+PLAN = Listening(attempts=1, generations=800, moves=4, stops=20, bias=TOUCH_INPUT)
 #: Swing of the hidden neurons below which they rest, and above which they have a rhythm.
 REST, RHYTHM = 0.03, 0.3
 #: Distance between the means of the two moves' rhythms: nearer, they are hardly two.
@@ -45,7 +45,8 @@ class Screen(NamedTuple):
     How N ears sort words, shape (N,) each.
 
     `trained` and `validation` are shares of the words that are sorted right, `sturdy` the share of
-    their noisy versions; `two` says whether the two moves have a rhythm each.
+    their noisy versions, half of them with constant inputs from feet; `two` says whether the two
+    moves have a rhythm each.
     """
 
     trained: Array
@@ -78,13 +79,14 @@ def screen(weights: Array, roles: WordRoles, vectors: Mapping[str, Array]) -> Sc
                               - life.mean[:, backward].mean(axis=1), axis=-1)
     moves = right[:, ~stop].all(axis=1)
     return Screen(right[:, :split].mean(axis=1), right[:, split:].mean(axis=1),
-                  _right(weights, noisy, np.repeat(stop, NOISY)).mean(axis=1),
+                  _right(weights, noisy, np.repeat(stop, NOISY), TOUCH_INPUT).mean(axis=1),
                   moves & (contrast >= CONTRAST))
 
 
-def _right(weights: Array, signals: Array, stop: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _right(weights: Array, signals: Array, stop: NDArray[np.bool_],
+           bias: float = 0.0) -> NDArray[np.bool_]:
     """Whether each of R signals leads N ears to rest where it asks for that, else to a rhythm."""
-    life = live(weights, signals)
+    life = live(weights, signals, inputs(len(signals), weights.shape[1], bias))
     swing, late = (np.sqrt((part**2).mean(axis=-1)) for part in (life.swing, life.late_swing))
     right: NDArray[np.bool_] = np.where(stop, swing < REST, late > RHYTHM)
     return right
@@ -92,7 +94,7 @@ def _right(weights: Array, signals: Array, stop: NDArray[np.bool_]) -> NDArray[n
 
 def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout: Layout,
          seeds: int, plan: Listening = PLAN,
-         progress: Callable[[str], None] = print) -> tuple[Array, Screen]:
+         say: Callable[[str], None] = print) -> tuple[Array, Screen]:
     """
     Return the best ears (N, H, H + 1), at most `KEEP`, of `seeds` runs, and how they sort.
 
@@ -106,7 +108,7 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
         Of the genomes that will start from the ears.
     seeds, plan
         How many runs, and how long each.
-    progress
+    say
         Is told what came of each run.
 
     Raises
@@ -132,7 +134,7 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
                         move_noise=MOVE_NOISE)))
                 best = screen(np.load(path, allow_pickle=False), roles, vectors)
                 first = best.order()[:1]
-                progress(f'ears {seed}: ' + (
+                say(f'ears {seed}: ' + (
                     f'{best.trained[first[0]]:.0%} of the trained words, '
                     f'{best.validation[first[0]]:.0%} of the validation words, '
                     f'{best.sturdy[first[0]]:.0%} with noise' if len(first)

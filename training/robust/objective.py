@@ -26,13 +26,14 @@ LUNGE_M = 0.05
 
 
 def values(outcome: Evaluation, directions: NDArray[np.int64], clip_m: float,
-           length: float = 1.0, stray_weight: float = STRAY_WEIGHT) -> Array:
+           length: float = 1.0, stray_weight: float = STRAY_WEIGHT,
+           free_stray_m: float = FREE_STRAY_M) -> Array:
     """
     Return what C controllers earned in each of R situations, shape (C, R).
 
     A move (direction 1 or -1) earns twice the way along x of its second half, no more than its
     whole way plus `LUNGE_M`, clipped to plus and minus `clip_m`. A stop pays for straying farther
-    than `FREE_STRAY_M`, and a little for its path. What explodes (a step of more than
+    than `free_stray_m`, and a little for its path. What explodes (a step of more than
     `LARGEST_STEP_M`, or a number that is not finite) earns 0 as a move and `WORST_STOP` as a stop.
 
     Parameters
@@ -45,8 +46,8 @@ def values(outcome: Evaluation, directions: NDArray[np.int64], clip_m: float,
         Progress beyond it earns no more: both moves must come before one of them goes far.
     length
         Of the evaluations, as a share of the whole: progress is extrapolated to the whole.
-    stray_weight
-        What a stop pays for each metre beyond `FREE_STRAY_M`.
+    stray_weight, free_stray_m
+        What a stop pays for each metre beyond which distance.
 
     Raises
     ------
@@ -65,7 +66,7 @@ def values(outcome: Evaluation, directions: NDArray[np.int64], clip_m: float,
                  & (outcome.largest_step_m[:, :, 0] <= LARGEST_STEP_M))
         progress = np.minimum(2 * late * directions, end * directions + LUNGE_M) / length
         move = np.where(sound, np.clip(progress, -clip_m, clip_m), 0.0)
-        stray = stray_weight * np.maximum(0.0, far - FREE_STRAY_M) + PATH_WEIGHT * path
+        stray = stray_weight * np.maximum(0.0, far - free_stray_m) + PATH_WEIGHT * path
         stop = np.where(sound, np.maximum(-stray, WORST_STOP), WORST_STOP)
     earned: Array = np.where(directions == 0, stop, move)
     return earned

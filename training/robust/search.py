@@ -34,7 +34,7 @@ from training.evolution.rundir import RunDirectory
 from training.evolution.treatments import Words
 from training.robust.careful import careful_mutation
 from training.robust.listening import Listening, listen, newcomers
-from training.robust.objective import STRAY_WEIGHT, fitness, values
+from training.robust.objective import FREE_STRAY_M, STRAY_WEIGHT, fitness, values
 from training.robust.scenarios import DIRECTION, MOVE_NOISE, Randomisation, Scenario, draw
 from w2b_controller import __version__
 from w2b_controller.network import Network
@@ -61,7 +61,7 @@ class Stage:
     every `redraw` generations (0: never, so that small gains are not lost in the luck of the draw),
     each for the share `length` of the world's steps; words as they are unless `vectors`; touch
     sensors read 0 unless `touch`; progress counts up to `clip_m`, extrapolated to the whole;
-    straying under a stop word costs `stray_weight` a metre.
+    straying under a stop word costs `stray_weight` for each metre beyond `free_stray_m`.
     """
 
     generations: int
@@ -73,6 +73,7 @@ class Stage:
     vectors: bool = True
     length: float = 1.0
     stray_weight: float = STRAY_WEIGHT
+    free_stray_m: float = FREE_STRAY_M
 
 
 #: Walk both ways, however slowly; harden; use the touch sensors, where the body has any. The clip
@@ -210,7 +211,8 @@ class RobustSearch:
         self.layout = Layout.of(body)
         self.rng = treatments.generator(config.seed, treatments.EVOLUTION)
         self.afpo = Afpo(self.layout, self.rng, capacity=config.population,
-                         mutation=careful_mutation(heard) if config.careful else mutate_mixed,
+                         mutation=careful_mutation(heard, self.layout.hidden_count)
+                         if config.careful else mutate_mixed,
                          newcomers=self._newcomers())
         self.evaluations = 0
         #: Number of an individual -> its values (R,) in the scenario of now.
@@ -298,7 +300,7 @@ class RobustSearch:
             outcome = self.engines[stage.length, soon].evaluate(
                 network, part.signals, (Start(),), part.engine_variations())
             earned[:, chosen] = values(outcome, part.directions, stage.clip_m, stage.length,
-                                       stage.stray_weight)
+                                       stage.stray_weight, stage.free_stray_m)
         self.evaluations += earned.size
         return earned
 
@@ -316,17 +318,26 @@ class RobustSearch:
         cut[:, :self.layout.hidden_size] = columns.reshape(len(cut), -1)
         return cut
 
-    def _begin_stage(self, stage: Stage, before: Stage | None) -> None:
-        """Let synapses of sensors that were not felt so far begin small: a gait is at stake."""
-        if before is None or before.touch or not stage.touch:
+    def _begin_stage(self, before: Stage | None) -> None:
+        """
+        Let synapses of sensors that were not felt so far begin small: a gait is at stake.
+
+        Smaller in some than in others, so that some keep what they know.
+        """
+        if not self._feels_first(before):
             return
         population = self.afpo.population
         genomes = population.genomes.copy()
         hidden, inputs = self.layout.hidden_shape
         columns = genomes[:, :self.layout.hidden_size].reshape(-1, hidden, inputs)
-        columns[..., hidden + 1:] *= 0.1
+        scale = 0.1 * 0.75**(np.arange(len(genomes)) % 4)
+        columns[..., hidden + 1:] *= scale[:, None, None]
         genomes[:, :self.layout.hidden_size] = columns.reshape(len(genomes), -1)
         self.afpo.population = replace(population, genomes=genomes)
+
+    def _feels_first(self, before: Stage | None) -> bool:
+        """Whether touch is felt for the first time: what was earned without it counts no more."""
+        return before is not None and not before.touch and self.stage.touch
 
     def evolve(self, progress: Callable[[Progress], None] | None = None,
                checkpoint_s: float = 10.0, stages: int | None = None) -> None:
@@ -351,13 +362,13 @@ class RobustSearch:
         """Draw anew and score everybody in it."""
         before = self.stage if self.afpo.generation else None
         self.stage, self.scenario = self._situation(self.afpo.generation)
-        self._begin_stage(self.stage, before)
+        self._begin_stage(before)
         population = self.afpo.population
         now = self.judge(population.genomes, self.scenario, self.stage)
         self.values = dict(zip(population.numbers.tolist(), now, strict=True))
         newest = self._fitness(now, self.scenario.directions)
         old = population.fitness
-        known = np.isfinite(old) & (old > REJECTED)
+        known = np.isfinite(old) & (old > REJECTED) & (not self._feels_first(before))
         mean = np.where(known, (1 - NEWEST) * np.where(known, old, 0.0) + NEWEST * newest, newest)
         self.afpo.population = replace(population, fitness=mean)
 

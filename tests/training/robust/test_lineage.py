@@ -52,7 +52,7 @@ def unrest(genomes, signals):
 def test_careful_children_go_on_hearing(vectors, walker):
     heard = ears.heard_of(ROLES.trained, vectors)
     parents = np.repeat(LAYOUT.genome(walker)[None], 400, axis=0)
-    mutation = careful_mutation(heard)
+    mutation = careful_mutation(heard, 5)
     children = mutation(np.random.default_rng(1), parents, LAYOUT)
     again = mutation(np.random.default_rng(1), parents, LAYOUT)
     assert children.tobytes() == again.tobytes()
