@@ -145,7 +145,11 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
     if not len(ears):
         raise ValueError('ears: expected some with a rhythm for each move, got none; give more '
                          'seeds')
-    chosen: Array = ears[screen(ears, roles, vectors).order()[:KEEP]]
+    sorting = screen(ears, roles, vectors)
+    right = sorting.trained + sorting.validation
+    order = sorting.order()
+    # Who sorts fewer words than the best is no start for obeying all of them.
+    chosen: Array = ears[order[right[order] >= right[order[0]] - 1e-9][:KEEP]]
     return chosen, screen(chosen, roles, vectors)
 
 

@@ -40,16 +40,16 @@ from w2b_sim.worlds import WORLDS
 STAGES = (Stage(400, 6, 3, 0, False, 0.6, vectors=False, length=0.5),
           Stage(300, 9, 12, 15, False, 1.0, stray_weight=3.0, free_stray_m=0.02),
           Stage(250, 9, 24, 12, True, 1.2, stray_weight=4.0, free_stray_m=0.02))
-WALKING = 2
-#: Runs below it after walking and hardening, in metres of both moves less what stops stray, end.
-LEAST_FITNESS = 0.4
+#: Runs below it after the first stage, and after hardening, in metres of both moves less what stops
+#: stray, are discarded: most of those that will walk both ways do so early.
+LEAST_FITNESS = (0.15, 0.4)
 #: How many of the ears a run's newcomers are drawn from.
 EARS_OF_A_RUN = 5
 #: Starts in PyBullet for a walk, for a candidate, and for the final table.
-WALK_STARTS, CHOICE_STARTS = 3, 5
+WALK_STARTS, CHOICE_STARTS = 2, 3
 #: Seeds of the starts: none of those that choose is one of the final table.
 WALK_GATE, CHOICE_GATE, FINAL_GATE = 1, 2, 0
-CANDIDATES = 3
+CANDIDATES = 2
 
 
 @dataclass(frozen=True)
@@ -138,14 +138,18 @@ class Lineage:
         if kept.exists():
             walked = json.loads(kept.read_text(encoding='utf-8'))
         else:
-            networks, fitness = self._train(config, WALKING)
-            walked = {'fitness': float(fitness[0]), 'rows': None}
-            if walked['fitness'] >= LEAST_FITNESS:
+            for stage, least in enumerate(LEAST_FITNESS, 1):
+                networks, fitness = self._train(config, stage)
+                walked = {'fitness': float(fitness[0]), 'stages': stage, 'rows': None}
+                if walked['fitness'] < least:
+                    break
+            else:
                 walked['rows'] = gate.to_json(self._gate(
                     _one(networks, 0), self.roles.trained, (), WALK_STARTS, WALK_GATE))
             checkpoint.write_json(kept, walked)
         if walked['rows'] is None:
-            self.say(f'walk {seed}: fitness {walked["fitness"]:.2f}, discarded')
+            self.say(f'walk {seed}: fitness {walked["fitness"]:.2f} after stage '
+                     f'{walked["stages"]}, discarded')
             return None
         table = gate.from_json(walked['rows'])
         self.say(f'walk {seed}: fitness {walked["fitness"]:.2f}, {_told(table)}')

@@ -157,11 +157,9 @@ class RobustConfig:
 def train(config: RobustConfig, directory: Path | str,
           progress: Callable[[Progress], None] | None = None, *, threads: int = 1,
           checkpoint_s: float = 10.0, vectors: Mapping[str, ArrayLike] | None = None,
-          stages: int | None = None, begin: Array | None = None) -> tuple[Network, Array]:
+          stages: int | None = None) -> tuple[Network, Array]:
     """
     Run `config` in `directory`, or go on with it there, for all or the first `stages` stages.
-
-    `begin` (N, G), if given, are the genomes it begins with.
 
     Returns the population's networks (N, ...) and fitness (N,) in a last, larger draw of
     situations, best first.
@@ -185,8 +183,6 @@ def train(config: RobustConfig, directory: Path | str,
                             for word, _behaviour in config.words}}
     with RunDirectory(Path(directory), identity, may_grow=()) as place:
         search = RobustSearch(config, heard, place, threads)
-        if begin is not None and search.afpo.generation == 0:
-            search.start_from(begin)
         search.evolve(progress, checkpoint_s, stages)
         return search.ranked()
 
@@ -241,13 +237,6 @@ class RobustSearch:
             return None
         listeners: Array = np.load(path, allow_pickle=False)
         return listeners
-
-    def start_from(self, genomes: Array) -> None:
-        """Begin with `genomes` (up to the population's size) in place of as many newcomers."""
-        population = self.afpo.population
-        mixed = population.genomes.copy()
-        mixed[:len(genomes)] = genomes[:len(mixed)]
-        self.afpo.population = replace(population, genomes=mixed)
 
     def _restore(self, state: dict[str, NDArray[Any]]) -> None:
         try:

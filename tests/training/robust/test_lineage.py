@@ -59,13 +59,14 @@ def test_careful_children_go_on_hearing(vectors, walker):
     changed = (children[:, :LAYOUT.hidden_size] != parents[:, :LAYOUT.hidden_size]).any(axis=1)
     assert 0 < changed.mean() < 0.3
     assert (children[:, LAYOUT.hidden_size:] != parents[:, LAYOUT.hidden_size:]).any()
-    before, after = (unrest(genomes, heard['stop']) for genomes in (parents[:1], children))
-    # Of two words as they are; the tolerance and the noisy ones leave room for a part of one.
-    assert after.max() < before[0] + 1.0
     careless = parents.copy()
     careless[:, :LAYOUT.hidden_size] *= 1 + 0.3 * np.random.default_rng(2).standard_normal(
         (400, LAYOUT.hidden_size))
-    assert unrest(careless, heard['stop']).max() > before[0] + 1.0, 'the test would see it'
+    before, after, otherwise = (unrest(genomes, heard['stop'])
+                                for genomes in (parents[:1], children, careless))
+    # A word may be lost where a noisy one is won: seldom.
+    assert (after > before + 0.5).mean() < 0.02
+    assert (otherwise > before + 0.5).mean() > 0.1
 
 
 def test_the_screen_counts_words_and_wants_two_rhythms(vectors, walker):
@@ -194,7 +195,7 @@ def test_a_damaged_record_of_openings_is_an_error(tmp_path, walker):
 def test_a_walk_below_the_bound_is_discarded_and_kept_as_such(monkeypatch, tmp_path, vectors):
     monkeypatch.setattr(lineage, 'STAGES', tuple(
         replace(stage, generations=2, moves=1, stops=1, length=0.1) for stage in lineage.STAGES))
-    monkeypatch.setattr(lineage, 'LEAST_FITNESS', 9.0)
+    monkeypatch.setattr(lineage, 'LEAST_FITNESS', (-9.0, 9.0))
     monkeypatch.setattr(gate, 'gate', None)
     monkeypatch.setattr(ears, 'find', lambda *_args: (
         random_genomes(np.random.default_rng(0), 3, LAYOUT)[:, :30].reshape(3, 5, 6), None))
@@ -202,4 +203,4 @@ def test_a_walk_below_the_bound_is_discarded_and_kept_as_such(monkeypatch, tmp_p
     line = Lineage(tmp_path, 'quadruped', QUADRUPED, 'default', vectors, 0.5, say=said.append)
     assert line.evolve(1, [4], 1) == []
     assert json.loads((tmp_path / 'seed_0004' / 'walk.json').read_text())['rows'] is None
-    assert said[0].endswith('discarded')
+    assert said[0].endswith('after stage 2, discarded')

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 from training.evolution.operators import Layout, random_genomes
 from training.robust import gate
 from training.robust.champions import HELD_OUT, TRAINED, TRIED, config_of, parse_seeds
-from training.robust.hidden_life import LATE, STEPS, live
+from training.robust.hidden_life import LATE, SETTLED, STEPS, live
 from training.robust.listening import Listening, listen, newcomers, score
 from training.robust.objective import WORST_STOP, fitness, values
 from training.robust.scenarios import DIRECTION, Randomisation, draw
@@ -142,6 +142,24 @@ def test_hidden_life_is_the_network_with_silent_sensors():
     error = np.abs(life.late_swing - late.std(axis=0)).max(axis=-1)
     # Chaotic networks leave any approximation; the others must not.
     assert np.quantile(error, 0.7) < 0.01
+
+
+def test_hidden_life_feels_constant_inputs_as_a_network_feels_its_feet():
+    rng = np.random.default_rng(5)
+    weights, signals = 0.5 * rng.normal(size=(1, 4, 5)), 0.2 * rng.normal(size=(3, 40))
+    bias = 0.1 * rng.normal(size=(3, 4))
+    life, silent = live(weights, signals, bias), live(weights, signals)
+    for index in range(3):
+        network = Network(np.concatenate([weights[0], bias[index][:, None]], axis=1),
+                          np.zeros((1, 4)), np.ones(1))
+        state = prime(network, signals[index])
+        course = []
+        for _ in range(STEPS):
+            state = step(network, state, np.ones(1))
+            course.append(state.hidden)
+        settled = np.array(course)[SETTLED:]
+        assert life.mean[0, index] == pytest.approx(settled.mean(axis=0), abs=0.01)
+    assert np.abs(life.mean - silent.mean).max() > 0.05
 
 
 def test_listening_tells_words_apart_better_than_chance():
