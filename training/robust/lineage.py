@@ -182,6 +182,15 @@ class Lineage:
         return self._gate(candidate.network, self.roles.trained, self.roles.validation,
                           gate.STARTS, FINAL_GATE)
 
+    def numb(self, candidate: Candidate) -> tuple[gate.Row, ...]:
+        """Return what a candidate does, from a few starts, when its touch synapses are cut."""
+        cut = candidate.network.hidden_weights.copy()
+        cut[:, candidate.network.hidden_count + 1:] = 0.0
+        words = tuple(pair for pair in self.roles.trained
+                      if pair[0] in ('forward', 'backward', 'stop'))
+        return self._gate(replace(candidate.network, hidden_weights=cut), words, (),
+                          CHOICE_STARTS, FINAL_GATE)
+
     def _gate(self, network: Network, words: Words, validation: Words, starts: int,
               seed: int) -> tuple[gate.Row, ...]:
         return gate.gate(network, self.body, self.world, words, (), self.vectors,

@@ -74,5 +74,6 @@ def _write(directory: Path, line: Lineage, candidate: Candidate, table: tuple[ga
                    heard, record)
     checkpoint.write_json(directory / 'table.json', {
         'body': BODY, 'world': line.world.name, 'seed': candidate.seed, 'starts': gate.STARTS,
-        'opened': opened, 'passed': gate.passes(table), 'rows': gate.to_json(table)})
+        'opened': opened, 'passed': gate.passes(table), 'rows': gate.to_json(table),
+        'touch_cut': gate.to_json(line.numb(candidate))})
     checkpoint.write_atomically(directory / 'champion.md', gate.to_markdown(table).encode())

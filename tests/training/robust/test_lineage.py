@@ -172,6 +172,7 @@ def test_the_chosen_one_is_asked_once_and_counted(monkeypatch, tmp_path, spied, 
                            behaviour=asked) for word, asked in QUADRUPED.trained)
     monkeypatch.setattr(gate, 'gate', gated)
     monkeypatch.setattr(Lineage, 'final', lambda *_args: obeyed)
+    monkeypatch.setattr(Lineage, 'numb', lambda *_args: obeyed)
     choose(walker)
     assert make(tmp_path)
     assert make(tmp_path)
