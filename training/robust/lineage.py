@@ -46,7 +46,7 @@ LEAST_FITNESS = (0.15, 0.4)
 #: How many of the ears a run's newcomers are drawn from.
 EARS_OF_A_RUN = 5
 #: Starts in PyBullet for a walk, for a candidate, and for the final table.
-WALK_STARTS, CHOICE_STARTS = 2, 3
+WALK_STARTS, CHOICE_STARTS = 2, 2
 #: Seeds of the starts: none of those that choose is one of the final table.
 WALK_GATE, CHOICE_GATE, FINAL_GATE = 1, 2, 0
 CANDIDATES = 2
