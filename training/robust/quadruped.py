@@ -35,6 +35,8 @@ def champion(directory: Path, *, ear_seeds: int, seeds: list[int], keep: int, vo
                    effort=effort, say=lambda text: print(text, flush=True))
     candidates = line.evolve(ear_seeds, seeds, keep)
     for candidate in candidates:
+        if not gate.passes(candidate.table):
+            continue
         table = line.final(candidate)
         if gate.passes(table):
             break

@@ -48,6 +48,9 @@ Array = NDArray[np.float64]
 REJECTED = -10.0
 #: A child may be this much worse than its parent in the first situations and still be tried.
 TOLERANCE = 0.01
+#: Part of a stage's generations over which touch that was not felt before grows to its full size,
+#: and standard deviations of the synapses that it begins with.
+GROWING, TOUCH_SIZES = 0.7, (0.05, 0.1, 0.2)
 #: Weight of the newest draw in an individual's fitness.
 NEWEST = 0.3
 
@@ -214,6 +217,7 @@ class RobustSearch:
         #: Number of an individual -> its values (R,) in the scenario of now.
         self.values: dict[int, Array] = {}
         self.stage, self.scenario = self._situation(0)
+        self.gain = self._gain(0)
         state = place.resume(self.rng) if place is not None else None
         if state is not None:
             self._restore(state)
@@ -247,6 +251,7 @@ class RobustSearch:
             raise CheckpointError(f'checkpoint: does not belong to this run ({error}); delete it '
                                   'to start again from the first generation') from None
         self.stage, self.scenario = self._situation(max(0, self.afpo.generation - 1))
+        self.gain = self._gain(max(0, self.afpo.generation - 1))
 
     def _situation(self, generation: int) -> tuple[Stage, Scenario]:
         """Return the stage of a generation and the scenario drawn for it."""
@@ -279,7 +284,7 @@ class RobustSearch:
 
     def judge(self, genomes: Array, scenario: Scenario, stage: Stage) -> Array:
         """Return the values (N, R) of genomes in each situation, see `objective`."""
-        network = self.layout.network(self._felt(genomes, stage))
+        network = self.layout.network(self._felt(genomes))
         earned = np.empty((len(genomes), len(scenario)))
         for soon in (False, True):
             chosen = np.flatnonzero(scenario.contact_soon == soon)
@@ -296,37 +301,49 @@ class RobustSearch:
     def _fitness(self, earned: Array, directions: NDArray[np.int64]) -> Array:
         return fitness(earned, directions, self.config.aggregate)
 
-    def _felt(self, genomes: Array, stage: Stage) -> Array:
-        """Return the genomes with the sensors' synapses cut if the stage is without touch."""
-        if stage.touch or not self.layout.sensor_count:
+    def _felt(self, genomes: Array) -> Array:
+        """Return the genomes with the sensors' synapses scaled to what is felt now."""
+        if self.gain == 1.0 or not self.layout.sensor_count:
             return genomes
-        cut = genomes.copy()
+        felt = genomes.copy()
+        self._touch(felt)[:] *= self.gain
+        return felt
+
+    def _touch(self, genomes: Array) -> Array:
+        """Return a view (N, H, S) of the synapses of the sensors."""
         hidden, inputs = self.layout.hidden_shape
-        columns = cut[:, :self.layout.hidden_size].reshape(-1, hidden, inputs)
-        columns[..., hidden + 1:] = 0.0
-        cut[:, :self.layout.hidden_size] = columns.reshape(len(cut), -1)
-        return cut
+        weights = genomes.reshape(len(genomes), -1)[:, :hidden * inputs]
+        strides = (weights.strides[0], inputs * weights.strides[1], weights.strides[1])
+        every = np.lib.stride_tricks.as_strided(weights, (len(genomes), hidden, inputs), strides)
+        return every[..., hidden + 1:]
 
-    def _begin_stage(self, before: Stage | None) -> None:
+    def _gain(self, generation: int) -> float:
         """
-        Let synapses of sensors that were not felt so far begin small: a gait is at stake.
+        Return the share of the touch sensors' signals that is felt in a generation.
 
-        Smaller in some than in others, so that some keep what they know.
+        A stage with touch that follows one without lets it grow, a step at each draw, over the
+        first part of its generations: a gait is at stake.
         """
-        if not self._feels_first(before):
-            return
+        begin, before = 0, True
+        stage = self.config.stages[-1]
+        for stage in self.config.stages:
+            if generation < begin + stage.generations:
+                break
+            begin, before = begin + stage.generations, stage.touch
+        if before or not stage.touch or not stage.redraw:
+            return float(stage.touch)
+        steps = int(np.ceil(GROWING * stage.generations / stage.redraw))
+        return min(1.0, ((generation - begin) // stage.redraw + 1) / steps)
+
+    def _begin_to_feel(self) -> None:
+        """Draw small synapses for sensors that were not felt so far, different in everybody."""
         population = self.afpo.population
         genomes = population.genomes.copy()
-        hidden, inputs = self.layout.hidden_shape
-        columns = genomes[:, :self.layout.hidden_size].reshape(-1, hidden, inputs)
-        scale = 0.1 * 0.75**(np.arange(len(genomes)) % 4)
-        columns[..., hidden + 1:] *= scale[:, None, None]
-        genomes[:, :self.layout.hidden_size] = columns.reshape(len(genomes), -1)
+        rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**30)
+        touch = self._touch(genomes)
+        size = rng.choice(TOUCH_SIZES, len(genomes))[:, None, None]
+        touch[:] = size * rng.standard_normal(touch.shape)
         self.afpo.population = replace(population, genomes=genomes)
-
-    def _feels_first(self, before: Stage | None) -> bool:
-        """Whether touch is felt for the first time: what was earned without it counts no more."""
-        return before is not None and not before.touch and self.stage.touch
 
     def evolve(self, progress: Callable[[Progress], None] | None = None,
                checkpoint_s: float = 10.0, stages: int | None = None) -> None:
@@ -349,15 +366,18 @@ class RobustSearch:
 
     def _rescore(self) -> None:
         """Draw anew and score everybody in it."""
-        before = self.stage if self.afpo.generation else None
+        before = self.gain
         self.stage, self.scenario = self._situation(self.afpo.generation)
-        self._begin_stage(before)
+        self.gain = self._gain(self.afpo.generation)
+        if before == 0.0 and self.gain > 0.0 and self.afpo.generation:
+            self._begin_to_feel()
         population = self.afpo.population
         now = self.judge(population.genomes, self.scenario, self.stage)
         self.values = dict(zip(population.numbers.tolist(), now, strict=True))
         newest = self._fitness(now, self.scenario.directions)
         old = population.fitness
-        known = np.isfinite(old) & (old > REJECTED) & (not self._feels_first(before))
+        # What was earned while less was felt counts no more.
+        known = np.isfinite(old) & (old > REJECTED) & (self.gain == before)
         mean = np.where(known, (1 - NEWEST) * np.where(known, old, 0.0) + NEWEST * newest, newest)
         self.afpo.population = replace(population, fitness=mean)
 
@@ -407,8 +427,9 @@ class RobustSearch:
         stage = replace(self.stage, length=1.0)
         rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**31)
         scenario = self._draw(rng, self.config.randomisation, 24, 32)
-        genomes = self._felt(self.afpo.population.genomes, stage)
+        genomes = self.afpo.population.genomes
         score = self._fitness(self.judge(genomes, scenario, stage), scenario.directions)
+        genomes = self._felt(genomes)
         order = np.argsort(-score, kind='stable')
         return self.layout.network(genomes[order]), score[order]
 
