@@ -86,6 +86,22 @@ def test_same_bits_with_other_lanes_and_threads(single, batch):
     np.testing.assert_array_equal(everything(other.evaluate(network, words, STARTS)), outcome)
 
 
+@pytest.mark.parametrize(('name', 'world', 'lanes'), [
+    ('minimal', SHORT, 8), ('physical_twin', replace(EARTH, steps=15, physics_steps=10), 16)])
+def test_same_bits_with_torque_limited_joints(name, world, lanes):
+    """Modes and slots of the solve with saturating servos do not depend on the neighbours."""
+    body = bodies.get(name)
+    network, words = random_networks(body, 11), random_words(2)
+    usual = BatchedEngine(body, world, 'single')
+    assert lanes != usual.layout.lanes
+    together = everything(usual.evaluate(network, words, STARTS))
+    other = BatchedEngine(body, world, 'single', threads=2, lanes=lanes)
+    np.testing.assert_array_equal(everything(other.evaluate(network, words, STARTS)), together)
+    order = [7, 2, 2, 10]
+    few = everything(usual.evaluate(part(network, order), words[1:], STARTS[1:]))
+    np.testing.assert_array_equal(few, together[order][:, 1:, 1:])
+
+
 def test_same_bits_with_own_words(single, batch):
     network, words, outcome = batch
     own = np.broadcast_to(words, (11, *words.shape))

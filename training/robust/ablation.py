@@ -1,70 +1,94 @@
 """
 How robustness grows with each means of the robust mode.
 
-  python -m training ablation --out out/ablation --seed 0
+  python -m training ablation --out out/ablation --seeds 0-4
 
-The same walkers (the first stage of a robust run, in one fixed draw) are hardened for the same
-number of generations, each time with one more means of randomisation, and the best of each is
-judged in PyBullet, which none of them has seen. Prints and writes a table (ablation.md,
-ablation.json).
+Every row evolves walks from random motor weights and the same ears, several seeds each, with one
+more means of randomisation than the row above; then with all of them, but another aggregate of the
+three behaviours; then goes on with the touch sensors in use. The best of each run is judged in
+PyBullet, which none has seen, under trained and validation words: held-out words take no part. The
+last row chooses, of the runs with all means, by the PyBullet gate from other starts.
+
+Writes ablation.md and ablation.json after every row; the same command again goes on there.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from training.evolution import checkpoint
-from training.evolution.operators import Layout
-from training.robust import gate
-from training.robust.champions import HELD_OUT, MOVE_M, TRAINED, config_of
-from training.robust.scenarios import DIRECTION, Randomisation
-from training.robust.search import RobustConfig, RobustSearch, Stage, train
+from training.evolution.operators import Array, Layout
+from training.robust import ears, gate
+from training.robust.champions import parse_seeds
+from training.robust.listening import Listening
+from training.robust.scenarios import Randomisation
+from training.robust.search import RobustConfig, Stage, train
+from training.robust.word_roles import QUADRUPED
 from w2b_controller.network import Network
 from w2b_sim import bodies
 from w2b_sim.worlds import WORLDS
 
-Array = NDArray[np.float64]
+BODY, MOVE_M = 'quadruped', 0.5
+#: What PyBullet is asked, beside the two moves.
+STOPS = ('stop', 'cease', 'stopped', 'terminate')
+#: Starts of the judge, and of the gate that chooses in the last row.
+JUDGE, CHOICE = 0, 1
+CLIP_M = 1.0
+EVERY = ('starts', 'vectors', 'friction', 'contact', 'bodies', 'servos', 'pushes')
 
-#: Row of the table -> (means that this row adds to those above, touch sensors in use).
-ROWS: tuple[tuple[str, tuple[str, ...], bool], ...] = (
-    ('none', (), False),
-    ('starts', ('starts',), False),
-    ('word vectors', ('vectors',), False),
-    ('friction', ('friction',), False),
-    ('contact, mass, gravity, servos, pushes', ('contact', 'bodies', 'servos', 'pushes'), False),
-    ('touch, without sensor faults', (), True),
-    ('touch, with sensor faults', ('sensors',), True),
+
+@dataclass(frozen=True)
+class Treatment:
+    """One row: means in use, aggregate of the behaviours, and whether touch is used at the end."""
+
+    name: str
+    means: tuple[str, ...]
+    aggregate: str = 'balanced'
+    touch: bool = False
+
+
+ROWS = (
+    Treatment('no randomisation', ()),
+    Treatment('+ starts', EVERY[:1]),
+    Treatment('+ word vectors', EVERY[:2]),
+    Treatment('+ friction', EVERY[:3]),
+    Treatment('+ contact, mass, gravity, servos, pushes', EVERY),
+    Treatment('the same, plain mean instead of mean and worst third', EVERY, 'mean'),
+    Treatment('the same, worst behaviour instead of the sum', EVERY, 'worst_word'),
+    Treatment('touch in use, without sensor faults', EVERY, touch=True),
+    Treatment('touch in use, with sensor faults', (*EVERY, 'sensors'), touch=True),
 )
+#: Of these runs the last row chooses one by the gate.
+GATED = ROWS[4].name
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     add = parser.add_argument
-    add('--body', choices=sorted(MOVE_M), default='quadruped', help='default: %(default)s')
-    add('--out', type=Path, required=True, metavar='DIR', help='where the table goes')
-    add('--seed', type=int, default=0, help='default: 0')
-    add('--generations', type=int, default=80, metavar='N',
-        help='of hardening, each row (default: %(default)s)')
-    add('--starts', type=int, default=8, metavar='K',
+    add('--out', type=Path, required=True, metavar='DIR', help='where the runs and the table go')
+    add('--ears', type=int, default=20, metavar='N',
+        help='runs of listening before the first row (default: %(default)s)')
+    add('--seeds', default='0-4', metavar='A-B', help='of each row (default: %(default)s)')
+    add('--generations', type=int, default=300, metavar='N',
+        help='of each run; a third more with touch (default: %(default)s)')
+    add('--starts', type=int, default=4, metavar='K',
         help='in PyBullet, each word (default: %(default)s)')
-    add('--walkers', type=Path, default=None, metavar='FILE.npy',
-        help='genomes (N, G) to harden, instead of the first stage of the seed')
-    add('--vocabulary', default='default', help='name or file of the word vectors')
     add('--threads', type=int, default=1, metavar='N', help='changes no result (default: 1)')
 
 
 def main(args: argparse.Namespace) -> int:
     """Run the command; return the exit code: 0, or 2 for an error."""
     try:
-        if args.generations < 1 or args.starts < 1:
-            raise ValueError('generations and starts: expected at least 1')
+        if args.generations < 3 or args.starts < 1 or args.ears < 1:
+            raise ValueError('expected at least 3 generations, 1 start and 1 run of listening')
         print(_table(args))
     except (ValueError, OSError) as error:
         print(f'ablation: {" ".join(str(error).split())}', file=sys.stderr)
@@ -75,82 +99,97 @@ def main(args: argparse.Namespace) -> int:
 def _table(args: argparse.Namespace) -> str:
     from w2b_controller.vocabulary import Vocabulary
 
-    vocabulary = Vocabulary.load(args.vocabulary)
-    vectors = {word: vocabulary.vector(word) for word, _asked in TRAINED + HELD_OUT}
-    config = config_of(args.body, args.seed, args.vocabulary)
-    walkers = _walkers(args, config, vectors)
-    judged = tuple(pair for pair in TRAINED if pair[0] in ('forward', 'backward', 'stop'))
-    unheard = tuple(pair for pair in HELD_OUT if pair[0] in ('halt', 'suspend'))
-    means: set[str] = set()
-    rows: list[dict[str, Any]] = []
-    for name, added, touch in ROWS:
-        means |= set(added)
-        network = _harden(config, Randomisation.only(*means), touch, walkers, vectors, args)
-        table = gate.gate(network, bodies.get(config.body), WORLDS[config.world], judged, unheard,
-                          vectors, move_m=MOVE_M[config.body], starts=args.starts,
-                          processes=args.threads)
-        rows.append({'means': name, 'touch': touch, 'rows': gate.to_json(table)})
-        args.out.mkdir(parents=True, exist_ok=True)
+    vocabulary = Vocabulary.load()
+    vectors = {word: vocabulary.vector(word) for word, _asked in QUADRUPED.trained
+               + QUADRUPED.validation}
+    heard, _screen = ears.find(args.out / 'ears', QUADRUPED, vectors, Layout.of(bodies.get(BODY)),
+                               args.ears, say=lambda text: print(text, file=sys.stderr))
+    rows = []
+    chosen: list[dict[str, Any]] = []
+    for treatment in ROWS:
+        runs = [_run(args, treatment, seed, heard, vectors) for seed in parse_seeds(args.seeds)]
+        rows.append({'row': treatment.name, 'runs': runs})
+        if treatment.name == GATED:
+            best = max(runs, key=lambda run: gate.worst_margin(gate.from_json(run['choice']),
+                                                               MOVE_M))
+            chosen = [{'row': f'all but touch, the best of {len(runs)} runs by the PyBullet gate',
+                       'runs': [best]}]
         checkpoint.write_json(args.out / 'ablation.json', {
-            'body': config.body, 'generations': args.generations, 'starts': args.starts,
-            'table': rows})
-        checkpoint.write_atomically(args.out / 'ablation.md', to_markdown(rows).encode())
-        print(f'{name}: ' + ', '.join(f'{row.word} {row.median_x_m:+.2f}' for row in table),
-              file=sys.stderr, flush=True)
-    return to_markdown(rows)
+            'body': BODY, 'generations': args.generations, 'starts': args.starts,
+            'table': rows + chosen})
+        checkpoint.write_atomically(args.out / 'ablation.md',
+                                    to_markdown(rows + chosen).encode())
+        print(to_markdown(rows[-1:]).splitlines()[-1], file=sys.stderr, flush=True)
+    return to_markdown(rows + chosen)
 
 
-def _walkers(args: argparse.Namespace, config: RobustConfig, vectors: dict[str, Array]) -> Array:
-    if args.walkers is not None:
-        return load_walkers(args.walkers, Layout.of(bodies.get(config.body)).size)
-    networks, _fitness = train(config, args.out / 'walkers', vectors=vectors, stages=1,
-                               threads=args.threads)
-    return Layout.of(bodies.get(config.body)).genome(networks)
+def _run(args: argparse.Namespace, treatment: Treatment, seed: int, heard: Array,
+         vectors: Mapping[str, Array]) -> dict[str, Any]:
+    """Evolve and judge one run of a row, or return what was found before."""
+    directory = args.out / f'row_{ROWS.index(treatment)}_seed_{seed:04d}'
+    kept = directory / 'judged.json'
+    if kept.exists():
+        done: dict[str, Any] = json.loads(kept.read_text(encoding='utf-8'))
+        return done
+    directory.mkdir(parents=True, exist_ok=True)
+    checkpoint.save_array(directory / 'listeners.npy', heard)
+    networks, fitness = train(config_of(treatment, seed, args.generations), directory,
+                              threads=args.threads, vectors=vectors)
+    network = Network(networks.hidden_weights[0], networks.motor_weights[0],
+                      networks.motor_time_constants)
+    found = {'seed': seed, 'fitness': float(fitness[0]),
+             'rows': gate.to_json(_judge(network, vectors, args, JUDGE)),
+             'choice': gate.to_json(_judge(network, vectors, args, CHOICE))
+             if treatment.name == GATED else []}
+    checkpoint.write_json(kept, found)
+    return found
 
 
-def load_walkers(path: Path, size: int) -> Array:
-    """Return the genomes (N, `size`) in a .npy file (ValueError if there are none)."""
-    try:
-        walkers = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
-        raise ValueError(f'--walkers {path}: expected a .npy file of genomes, got none that can be '
-                         f'read ({checkpoint.reason(error)})') from None
-    if not (isinstance(walkers, np.ndarray) and walkers.dtype.kind == 'f' and walkers.ndim == 2
-            and walkers.shape[0] > 0 and walkers.shape[1] == size):
-        raise ValueError(f'--walkers {path}: expected numbers of shape (N, {size}), '
-                         f'got {getattr(walkers, "shape", "an .npz file")}')
-    return walkers.astype(np.float64)
+def config_of(treatment: Treatment, seed: int, generations: int) -> RobustConfig:
+    """Return the run of a row's seed."""
+    vectors = 'vectors' in treatment.means
+    stages: tuple[Stage, ...] = (Stage(generations, 6, 6, 15, False, CLIP_M, vectors=vectors,
+                                       stray_weight=3.0, free_stray_m=0.02),)
+    if treatment.touch:
+        stages += (Stage(generations // 3, 6, 9, 15, True, CLIP_M, stray_weight=3.0,
+                         free_stray_m=0.02),)
+    return RobustConfig(
+        body=BODY, seed=seed, words=QUADRUPED.trained, listening=Listening(attempts=0),
+        randomisation=Randomisation.only(*treatment.means), move_noise=ears.MOVE_NOISE,
+        careful=True, aggregate=treatment.aggregate, stages=stages)
 
 
-def _harden(config: RobustConfig, means: Randomisation, touch: bool, walkers: Array,
-            vectors: dict[str, Array], args: argparse.Namespace) -> Network:
-    """Return the best network after hardening the walkers with some means."""
-    stage = Stage(args.generations, 6, 6, 15, touch, 0.8)
-    heard = {behaviour: np.array([vectors[word] for word, asked in config.words
-                                  if asked == behaviour]) for behaviour in DIRECTION}
-    search = RobustSearch(replace(config, randomisation=means, stages=(stage,), listening=replace(
-        config.listening, attempts=0)), heard, None, args.threads)
-    search.start_from(walkers)
-    search.evolve()
-    networks, _fitness = search.ranked()
-    return Network(networks.hidden_weights[0], networks.motor_weights[0],
-                   networks.motor_time_constants)
+def _judge(network: Network, vectors: Mapping[str, Array], args: argparse.Namespace,
+           seed: int) -> tuple[gate.Row, ...]:
+    trained = tuple(pair for pair in QUADRUPED.trained if pair[1] != 'stop' or pair[0] in STOPS)
+    validation = tuple(pair for pair in QUADRUPED.validation if pair[0] in STOPS)
+    body = bodies.get(BODY)
+    return gate.gate(network, body, WORLDS[body.world], trained, (), vectors, move_m=MOVE_M,
+                     starts=args.starts, seed=seed, processes=args.threads,
+                     validation=validation)
 
 
-def to_markdown(rows: list[dict[str, Any]]) -> str:
-    """Return the table: a row a set of means, final x in PyBullet."""
-    words = [row['word'] for row in rows[0]['rows']]
-    lines = ['| one more means in each row | ' + ' | '.join(
-        f'{word}, median x (quartiles), m' if word in ('forward', 'backward')
-        else f'{word}, 90 % within, m' for word in words) + ' |', '|---' * (len(words) + 1) + '|']
-    for entry in rows:
-        cells = []
-        for row in entry['rows']:
-            if row['behaviour'] == 'stop':
-                far = row['p90_distance_m']
-                cells.append('exploded' if far is None else f'{far:.3f}')
-            else:
-                cells.append(f'{row["median_x_m"]:+.2f} ({row["lower_quartile_x_m"]:+.2f} to '
-                             f'{row["upper_quartile_x_m"]:+.2f})')
-        lines.append(f'| {entry["means"]} | ' + ' | '.join(cells) + ' |')
+def to_markdown(rows: Iterable[Mapping[str, Any]]) -> str:
+    """
+    Return the table, a row a treatment: medians over its runs of each run's result in PyBullet.
+
+    *Both ways* counts the runs whose median start gets `MOVE_M` in each direction, *obey* those
+    that also stay within the gate's bound under the trained stop words.
+    """
+    lines = ['| means | runs | fitness in training | forward, m | backward, m | '
+             'the shorter way of a run, m | farthest under a stop word, m | both ways | obey |',
+             '|---' * 9 + '|']
+    for row in rows:
+        tables = [gate.from_json(run['rows']) for run in row['runs']]
+        ways = np.array([[gate.score(line) for line in table if line.behaviour != 'stop']
+                         for table in tables])
+        far = [max(line.p90_distance_m for line in table if line.behaviour == 'stop')
+               for table in tables]
+        both = (ways >= MOVE_M).all(axis=1)
+        forward, backward = np.median(ways, axis=0)
+        lines.append(
+            f'| {row["row"]} | {len(tables)} | '
+            f'{np.median([run["fitness"] for run in row["runs"]]):.2f} | {forward:+.2f} | '
+            f'{-backward:+.2f} | {np.median(ways.min(axis=1)):+.2f} | {np.median(far):.2f} | '
+            f'{both.sum()} | {sum(map(gate.passes, tables))} |')
     return '\n'.join(lines) + '\n'

@@ -1,16 +1,13 @@
 """
 Evolve controllers that obey, gate them in PyBullet, and keep the best.
 
-  python -m training champions --body quadruped --out out/champions/quadruped --seeds 0-5 --keep 2
+  python -m training champions --body quadruped --out out/champions/quadruped --seeds 0-9
 
-  python -m training champions --gait quadruped_all_engines --out out/champions/heard --seeds 0-3
-
-Without --gait: many short runs of the robust mode's first stage (module `search`), the best of them
-to the end. With --gait: new ears for the walk of a controller (module `hearing`), then a short
-hardening with the touch sensors in use. Then the gate: every word, trained and held out, in
-PyBullet, from 20 slightly different starts. Leaves champion.json (a controller file), champion.md,
-table.json and the runs' directories; the same command again goes on where it stopped. Exit code 0
-if the champion passes, 1 if none does.
+The quadruped's way from random numbers to a champion is told in module `lineage`. The physical
+twin's: many short runs of the robust mode's first stage (module `search`), the best of them to the
+end, then the gate: every word, trained and held out, in PyBullet, from 20 slightly different
+starts. Leaves champion.json (a controller file), champion.md, table.json and the runs' directories;
+the same command again goes on where it stopped. Exit code 0 if the champion passes, 1 if none does.
 """
 
 from __future__ import annotations
@@ -27,11 +24,11 @@ from numpy.typing import NDArray
 
 from training.evolution import checkpoint
 from training.evolution.champion import WordOutcome, write_champion
-from training.evolution.treatments import STARTS, Words, generator
+from training.evolution.treatments import Words
 from training.robust import gate
 from training.robust.listening import Listening
-from training.robust.scenarios import DIRECTION, Randomisation
-from training.robust.search import STAGES, RobustConfig, Stage, train
+from training.robust.scenarios import Randomisation
+from training.robust.search import RobustConfig, Stage, train
 from w2b_controller import __version__
 from w2b_controller.network import Network
 from w2b_sim import bodies
@@ -72,8 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add('--seeds', default='0-5', metavar='A-B', help='of the runs (default: %(default)s)')
     add('--keep', type=int, default=2, metavar='N',
         help='how many runs go on after the first stage (default: %(default)s)')
-    add('--gait', metavar='CONTROLLER', default=None,
-        help='file or shipped name of a controller whose walk gets new ears')
+    add('--ears', type=int, default=24, metavar='N',
+        help='runs of listening before the quadruped walks (default: %(default)s)')
     add('--vocabulary', default='default', help='name or file of the word vectors')
     add('--threads', type=int, default=1, metavar='N', help='changes no result (default: 1)')
     add('--effort', type=float, default=1.0, metavar='F',
@@ -128,14 +125,18 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _champions(args: argparse.Namespace) -> int:
+    if args.body == 'quadruped':
+        from training.robust import quadruped
+
+        return 0 if quadruped.champion(
+            args.out, ear_seeds=args.ears, seeds=parse_seeds(args.seeds), keep=args.keep,
+            vocabulary=args.vocabulary, threads=args.threads, effort=args.effort) else 1
     from w2b_controller.vocabulary import Vocabulary
 
     vocabulary = Vocabulary.load(args.vocabulary)
     vectors = {word: vocabulary.vector(word) for word, _asked in TRAINED + HELD_OUT + TRIED}
     configs = [config_of(args.body, seed, args.vocabulary, args.effort)
                for seed in parse_seeds(args.seeds)]
-    if args.gait is not None:
-        configs = [new_ears(config) for config in configs]
     early = []
     for config in configs:
         if len(configs) <= args.keep:
@@ -159,8 +160,7 @@ def _champions(args: argparse.Namespace) -> int:
                   flush=True)
             if best is None or margin > best[0]:
                 best = (margin, config.seed, network, table, float(fitness[candidate]))
-                keep(args.out, config, network, table, float(fitness[candidate]), vectors,
-                     args.gait)
+                keep(args.out, config, network, table, float(fitness[candidate]), vectors)
             if gate.passes(table):
                 break
     assert best is not None
@@ -175,47 +175,7 @@ def _train(config: RobustConfig, args: argparse.Namespace, vectors: Mapping[str,
     total = sum(stage.generations for stage in config.stages[:stages])
     with progress_bar(total, f'{config.body} seed {config.seed}') as shown:
         return train(config, args.out / f'seed_{config.seed:04d}', shown, threads=args.threads,
-                     vectors=vectors, stages=stages, begin=beginning(config, args.gait, vectors))
-
-
-def new_ears(config: RobustConfig) -> RobustConfig:
-    """Return the run that hardens a gait with new ears: no listening, one short stage."""
-    generations = max(1, round(40 * config.stages[-1].generations / STAGES[-1].generations))
-    return replace(config, listening=replace(config.listening, attempts=0),
-                   stages=(Stage(generations, 6, 6, 12, True, 0.6),))
-
-
-def beginning(config: RobustConfig, gait: str | None, vectors: Mapping[str, Array]
-              ) -> Array | None:
-    """
-    Return the genomes (N, G) that a run begins with: a gait with new ears, or None for newcomers.
-
-    Touch synapses are drawn from N(0, s), s from 0.05 to 0.2, where the gait has none: small, so
-    that the walk survives them, and in use from the first step.
-    """
-    if gait is None:
-        return None
-    from training.evolution.operators import Layout
-    from training.robust.hearing import rehear
-    from w2b_controller import controller_file
-
-    walker = controller_file.load(controller_file.resolve(gait))
-    if walker.body != config.body:
-        raise ValueError(f'gait: expected a controller for {config.body}, got one for '
-                         f'{walker.body}')
-    heard = {behaviour: np.array([vectors[word] for word, asked in config.words
-                                  if asked == behaviour]) for behaviour in DIRECTION}
-    network, _reached = rehear(walker.network, heard, config.seed)
-    rng = generator(config.seed, STARTS)
-    hidden = np.repeat(network.hidden_weights[None], config.population, axis=0)
-    touch = hidden[:, :, network.hidden_count + 1:]
-    if not touch.any():
-        size = rng.choice([0.05, 0.1, 0.2], config.population)[:, None, None]
-        touch += size * rng.standard_normal(touch.shape)
-    motor = np.repeat(network.motor_weights[None], config.population, axis=0)
-    genomes: Array = Layout.of(bodies.get(config.body)).genome(
-        Network(hidden, motor, network.motor_time_constants))
-    return genomes
+                     vectors=vectors, stages=stages)
 
 
 def judge(network: Network, config: RobustConfig, vectors: Mapping[str, Array],
@@ -227,15 +187,15 @@ def judge(network: Network, config: RobustConfig, vectors: Mapping[str, Array],
 
 
 def keep(directory: Path, config: RobustConfig, network: Network, table: Sequence[gate.Row],
-         fitness: float, vectors: Mapping[str, Array], gait: str | None) -> None:
+         fitness: float, vectors: Mapping[str, Array]) -> None:
     """Write the champion's controller file and tables."""
     world = WORLDS[config.world]
-    judged = [WordOutcome(row.word, row.behaviour, row.trained, _score(row), (), (), ())
+    judged = [WordOutcome(row.word, row.behaviour, row.trained, gate.score(row), (), (), ())
               for row in table]
     record: dict[str, Any] = {
         'mode': 'robust', 'engine': 'batched', 'precision': 'float32', 'world': world.name,
         'objective': 'robust', 'seed': config.seed, 'fitness': fitness,
-        'program_version': __version__, 'gait': gait,
+        'program_version': __version__,
         'held_out': [list(pair) for pair in HELD_OUT],
         'tried': [list(pair) for pair in TRIED],
         'config': config.to_json(),
@@ -247,10 +207,3 @@ def keep(directory: Path, config: RobustConfig, network: Network, table: Sequenc
         'body': config.body, 'world': world.name, 'seed': config.seed,
         'starts': gate.STARTS, 'passed': gate.passes(table), 'rows': gate.to_json(table)})
     checkpoint.write_atomically(directory / 'champion.md', gate.to_markdown(table).encode())
-
-
-def _score(row: gate.Row) -> float:
-    """The `paper` objective's score of a row's median: progress, or minus the distance."""
-    if row.behaviour == 'stop':
-        return -min(row.p90_distance_m, gate.EXPLODED_M)
-    return row.median_x_m * (1 if row.behaviour == 'forward' else -1)

@@ -46,12 +46,13 @@ class Row:
     explosions: int
     passed: bool
     required: bool = True
+    validation: bool = False
 
 
 def gate(network: Network, body: Body, world: World, words: Words, held_out: Words,
          vectors: Mapping[str, ArrayLike], *, move_m: float, starts: int = STARTS, seed: int = 0,
          processes: int = 1, evaluator: Evaluator | None = None,
-         optional: Collection[str] = ()) -> tuple[Row, ...]:
+         optional: Collection[str] = (), validation: Words = ()) -> tuple[Row, ...]:
     """
     Return one row a word: how `network` (one controller) obeys in PyBullet from drawn starts.
 
@@ -73,13 +74,16 @@ def gate(network: Network, body: Body, world: World, words: Words, held_out: Wor
         Instead of PyBullet, of the same body and world.
     optional
         Held-out stop words that are told and not required.
+    validation
+        (word, behaviour) pairs that were never heard and may choose among candidates: told between
+        the trained and the held-out words, and not required.
 
     """
     from training.evolution.engines import make_evaluator
 
     judge = evaluator or make_evaluator('pybullet', body, world, threads=processes)
     drawn = slightly_different(generator(seed, GATE), starts)
-    pairs = words + held_out
+    pairs = words + validation + held_out
     signals = np.array([np.asarray(vectors[word], dtype=np.float64) for word, _asked in pairs])
     batch = Network(network.hidden_weights[None], network.motor_weights[None],
                     network.motor_time_constants)
@@ -89,18 +93,19 @@ def gate(network: Network, body: Body, world: World, words: Words, held_out: Wor
         close: Callable[[], None] | None = getattr(judge, 'close', None)
         if evaluator is None and close is not None:
             close()
-    return rows(outcome, words, held_out, move_m, optional)
+    return rows(outcome, words, held_out, move_m, optional, validation)
 
 
 def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float,
-         optional: Collection[str] = ()) -> tuple[Row, ...]:
+         optional: Collection[str] = (), validation: Words = ()) -> tuple[Row, ...]:
     """
     Return the gate's rows for the outcome (1, W, K) of one controller.
 
     Required are the trained words and the held-out stop words that are not `optional`.
     """
     table = []
-    for index, (word, behaviour) in enumerate(words + held_out):
+    unheard = len(words) + len(validation)
+    for index, (word, behaviour) in enumerate(words + validation + held_out):
         position = outcome.final_position_m[0, index]
         distance = np.hypot(position[:, 0], position[:, 1])
         exploded = ~(distance <= EXPLODED_M)
@@ -115,7 +120,9 @@ def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float,
         table.append(Row(word, behaviour, index < len(words), median, low, high, p90,
                          float(np.median(np.where(exploded, 0.0, outcome.path_length_m[0, index]))),
                          int(exploded.sum()), passed,
-                         index < len(words) or (behaviour == 'stop' and word not in optional)))
+                         index < len(words) or (index >= unheard and behaviour == 'stop'
+                                                and word not in optional),
+                         len(words) <= index < unheard))
     return tuple(table)
 
 
@@ -131,10 +138,21 @@ def worst_margin(table: Sequence[Row], move_m: float) -> float:
     The shortest median way under a trained move word, in units of `move_m`, minus how many
     required stop words are not obeyed.
     """
-    moves = [row.median_x_m * (1 if row.behaviour == 'forward' else -1) / move_m
-             for row in table if row.required and row.behaviour != 'stop']
+    moves = [score(row) / move_m for row in table if row.required and row.behaviour != 'stop']
     restless = sum(not row.passed for row in table if row.required and row.behaviour == 'stop')
     return min(moves) - restless
+
+
+def shorter_way(table: Sequence[Row]) -> float:
+    """Return the shortest median way, in metres, under a trained move word, in its direction."""
+    return min(score(row) for row in table if row.trained and row.behaviour != 'stop')
+
+
+def score(row: Row) -> float:
+    """Return the `paper` objective's score of a row's median: progress, or minus the distance."""
+    if row.behaviour == 'stop':
+        return -min(row.p90_distance_m, EXPLODED_M)
+    return row.median_x_m * (1 if row.behaviour == 'forward' else -1)
 
 
 def to_json(table: Sequence[Row]) -> list[dict[str, Any]]:
@@ -148,15 +166,28 @@ def to_json(table: Sequence[Row]) -> list[dict[str, Any]]:
     return result
 
 
+def from_json(values: Sequence[Mapping[str, Any]]) -> tuple[Row, ...]:
+    """Return the rows that `to_json` wrote."""
+    return tuple(Row(**{**value, 'p90_distance_m': np.inf if value['p90_distance_m'] is None
+                        else value['p90_distance_m']}) for value in values)
+
+
 def to_markdown(table: Sequence[Row]) -> str:
     """Return the rows as a Markdown table."""
-    lines = ['| word | asks for | heard in training | median final x, m (quartiles) | '
+    lines = ['| word | asks for | role | median final x, m (quartiles) | '
              '90th percentile of distance, m | obeyed | required |',
              '|---|---|---|---|---|---|---|']
     for row in table:
         lines.append(
-            f'| {row.word} | {row.behaviour} | {"yes" if row.trained else "no"} | '
+            f'| {row.word} | {row.behaviour} | {_role(row)} | '
             f'{row.median_x_m:+.2f} ({row.lower_quartile_x_m:+.2f} to '
             f'{row.upper_quartile_x_m:+.2f}) | {row.p90_distance_m:.3f} | '
             f'{"yes" if row.passed else "no"} | {"yes" if row.required else "no"} |')
     return '\n'.join(lines) + '\n'
+
+
+def _role(row: Row) -> str:
+    """The role of a row's word, see `word_roles`."""
+    if row.trained:
+        return 'trained'
+    return 'validation' if row.validation else '**held out**'

@@ -30,17 +30,22 @@ class Life(NamedTuple):
     late_swing: Array
 
 
-def live(hidden_weights: ArrayLike, signals: ArrayLike) -> Life:
+def live(hidden_weights: ArrayLike, signals: ArrayLike, bias: ArrayLike | None = None) -> Life:
     """
     Prime networks (N, H, H + 1 + S) with signals (R, T) and let them run with silent sensors.
+
+    `bias` (R, H), if given, is added to the input of the hidden neurons in every update after
+    priming, as feet that stand on the floor would.
 
     Swings are standard deviations over the settled updates, or the late ones.
     """
     weights = np.asarray(hidden_weights, dtype=np.float32)
     heard = np.ascontiguousarray(signals, dtype=np.float32)
     count, hidden = weights.shape[:2]
+    felt = np.zeros((len(heard), hidden)) if bias is None else np.asarray(bias)
     sums = np.zeros((count * len(heard), 4, hidden), dtype=np.float32)
-    _live(np.ascontiguousarray(weights[:, :, :hidden + 1]), heard, sums)
+    _live(np.ascontiguousarray(weights[:, :, :hidden + 1]), heard,
+          np.ascontiguousarray(felt, dtype=np.float32), sums)
     settled, late = STEPS - SETTLED, STEPS - LATE
     whole = sums.astype(np.float64).reshape(count, len(heard), 4, hidden)
     mean, square = np.moveaxis(whole[:, :, :2] / settled, 2, 0)
@@ -81,8 +86,8 @@ def _update(weights: Any, hidden: Any, new: Any, own: Any) -> None:  # pragma: n
 
 
 @njit(fastmath=True, error_model='numpy', cache=True)
-def _live(weights: Any, signals: Any, sums: Any) -> None:  # pragma: no cover (compiled)
-    """Fill `sums` (N * R, 4, H): hidden, squared, both once more when late."""
+def _live(weights: Any, signals: Any, bias: Any, sums: Any) -> None:  # pragma: no cover
+    """Fill `sums` (N * R, 4, H): hidden, squared, both once more when late; compiled."""
     networks, count = weights.shape[0], weights.shape[1]
     words, length = signals.shape
     total = networks * words
@@ -91,6 +96,7 @@ def _live(weights: Any, signals: Any, sums: Any) -> None:  # pragma: no cover (c
     new = np.empty((count, LANES), dtype=np.float32)
     tally = np.empty((4, count, LANES), dtype=np.float32)
     heard = np.empty((length, LANES), dtype=np.float32)
+    felt = np.empty((count, LANES), dtype=np.float32)
     one, two = np.float32(1), np.float32(2)
     for first in range(0, total, LANES):
         for lane in range(LANES):
@@ -98,6 +104,7 @@ def _live(weights: Any, signals: Any, sums: Any) -> None:  # pragma: no cover (c
             for i in range(count):
                 for j in range(count + 1):
                     lanes[i, j, lane] = weights[pair // words, i, j]
+                felt[i, lane] = bias[pair % words, i]
             for t in range(length):
                 heard[t, lane] = signals[pair % words, t]
         hidden[:] = np.float32(0)
@@ -107,10 +114,10 @@ def _live(weights: Any, signals: Any, sums: Any) -> None:  # pragma: no cover (c
                 for lane in range(LANES):
                     new[i, lane] = lanes[i, count, lane] * heard[t, lane]
             _update(lanes, hidden, new, one)
-        new[:] = np.float32(0)
+        new[:] = felt
         _update(lanes, hidden, new, two)
         for t in range(1, STEPS):
-            new[:] = np.float32(0)
+            new[:] = felt
             _update(lanes, hidden, new, one)
             if t >= SETTLED:
                 for i in range(count):

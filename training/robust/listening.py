@@ -26,6 +26,8 @@ from training.robust.scenarios import Scenario
 LIVELY = 0.3
 #: Swing of the hidden neurons that costs a stop full marks.
 RESTLESS = 0.1
+#: Standard deviation of the constant input that feet on the floor may put on a hidden neuron.
+TOUCH_INPUT = 0.07
 STOP_WEIGHT, ALL_WEIGHT = 2.0, 2.0
 #: Listeners this much worse than the best are not kept.
 ENOUGH = 0.5
@@ -36,24 +38,29 @@ class Listening:
     """
     How long to listen before walking.
 
-    `attempts` independent runs of `generations` each; `redraw` as in a robust stage. No attempts:
-    walk at once.
+    `attempts` independent runs of `generations` each; `redraw`, `moves` and `stops` as in a robust
+    stage. No attempts: walk at once. Half of the situations put a constant input on each hidden
+    neuron, drawn from N(0, `bias`), as touch will.
     """
 
     attempts: int = 6
     generations: int = 500
     redraw: int = 25
     population: int = 50
+    moves: int = 4
+    stops: int = 10
+    bias: float = 0.0
 
 
-def score(hidden_weights: Array, scenario: Scenario) -> Array:
+def score(hidden_weights: Array, scenario: Scenario, bias: float = 0.0) -> Array:
     """
     Return how well networks (N, H, K) tell the scenario's words apart, shape (N,), at most 4.
 
     Rhythm under the move words (up to 1 a direction), rest under the stop words (else down to -2),
     and up to 2 for having it all: both rhythms, about different means, and rest.
     """
-    life = live(hidden_weights, scenario.signals)
+    life = live(hidden_weights, scenario.signals,
+                inputs(len(scenario), hidden_weights.shape[1], bias))
     directions = scenario.directions
     unrest = np.minimum(1.0, _norm(life.swing) / RESTLESS)
     rhythm = np.minimum(1.0, _norm(life.late_swing) / LIVELY)
@@ -65,6 +72,13 @@ def score(hidden_weights: Array, scenario: Scenario) -> Array:
     total: Array = (forward + backward - STOP_WEIGHT * (1.0 - rest)
                     + ALL_WEIGHT * contrast * np.minimum(forward, backward) * rest)
     return total
+
+
+def inputs(count: int, hidden: int, bias: float) -> Array:
+    """Return constant inputs (count, hidden): 0 in every other situation, else N(0, bias)."""
+    drawn = bias * np.random.default_rng(count).standard_normal((count, hidden))
+    drawn[::2] = 0.0
+    return drawn
 
 
 def listen(layout: Layout, plan: Listening, seed: int, scenario: Callable[
@@ -95,13 +109,15 @@ def listen(layout: Layout, plan: Listening, seed: int, scenario: Callable[
         now = test
         for generation in range(plan.generations):
             if generation % plan.redraw == 0:
-                now = scenario(generator(seed, VARIATIONS, 2, attempt, generation), 4, 10)
+                now = scenario(generator(seed, VARIATIONS, 2, attempt, generation), plan.moves,
+                               plan.stops)
                 if generation:
-                    again = score(ear.network(afpo.population.genomes).hidden_weights, now)
+                    again = score(ear.network(afpo.population.genomes).hidden_weights, now,
+                                  plan.bias)
                     afpo.population = replace(afpo.population, fitness=again)
-            afpo.tell(score(ear.network(afpo.ask()).hidden_weights, now))
+            afpo.tell(score(ear.network(afpo.ask()).hidden_weights, now, plan.bias))
         weights = ear.network(afpo.population.genomes).hidden_weights
-        reached = score(weights, test)
+        reached = score(weights, test, plan.bias)
         best = np.argsort(-reached, kind='stable')[:keep // 2]
         found.append(weights[best])
         scores.append(reached[best])

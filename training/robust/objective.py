@@ -19,18 +19,21 @@ FREE_STRAY_M = 0.05
 STRAY_WEIGHT, PATH_WEIGHT = 1.5, 0.02
 #: The worst that a stop can score, and what an explosion under a stop word scores.
 WORST_STOP = -2.0
+#: How three behaviours make one fitness, see `fitness`.
+AGGREGATES = ('balanced', 'mean', 'worst_word')
 #: A move must have got nearly as far in all as its second half promises.
 LUNGE_M = 0.05
 
 
 def values(outcome: Evaluation, directions: NDArray[np.int64], clip_m: float,
-           length: float = 1.0) -> Array:
+           length: float = 1.0, stray_weight: float = STRAY_WEIGHT,
+           free_stray_m: float = FREE_STRAY_M) -> Array:
     """
     Return what C controllers earned in each of R situations, shape (C, R).
 
     A move (direction 1 or -1) earns twice the way along x of its second half, no more than its
     whole way plus `LUNGE_M`, clipped to plus and minus `clip_m`. A stop pays for straying farther
-    than `FREE_STRAY_M`, and a little for its path. What explodes (a step of more than
+    than `free_stray_m`, and a little for its path. What explodes (a step of more than
     `LARGEST_STEP_M`, or a number that is not finite) earns 0 as a move and `WORST_STOP` as a stop.
 
     Parameters
@@ -43,6 +46,8 @@ def values(outcome: Evaluation, directions: NDArray[np.int64], clip_m: float,
         Progress beyond it earns no more: both moves must come before one of them goes far.
     length
         Of the evaluations, as a share of the whole: progress is extrapolated to the whole.
+    stray_weight, free_stray_m
+        What a stop pays for each metre beyond which distance.
 
     Raises
     ------
@@ -61,22 +66,36 @@ def values(outcome: Evaluation, directions: NDArray[np.int64], clip_m: float,
                  & (outcome.largest_step_m[:, :, 0] <= LARGEST_STEP_M))
         progress = np.minimum(2 * late * directions, end * directions + LUNGE_M) / length
         move = np.where(sound, np.clip(progress, -clip_m, clip_m), 0.0)
-        stray = STRAY_WEIGHT * np.maximum(0.0, far - FREE_STRAY_M) + PATH_WEIGHT * path
+        stray = stray_weight * np.maximum(0.0, far - free_stray_m) + PATH_WEIGHT * path
         stop = np.where(sound, np.maximum(-stray, WORST_STOP), WORST_STOP)
     earned: Array = np.where(directions == 0, stop, move)
     return earned
 
 
-def fitness(earned: Array, directions: NDArray[np.int64]) -> Array:
+def fitness(earned: Array, directions: NDArray[np.int64],
+            aggregate: str = 'balanced') -> Array:
     """
     Return the fitness (C,) of values (C, R): the sum over forward, backward and stop.
 
-    Each counts half by its mean and half by the mean of its worst third, so that a controller
-    cannot live off the easy situations, nor is it judged by a single unlucky one.
+    With the aggregate `balanced`, each counts half by its mean and half by the mean of its worst
+    third, so that a controller cannot live off the easy situations, nor is it judged by a single
+    unlucky one. `mean` counts each by its mean. `worst_word` takes three times the least of the
+    three instead of their sum, each as in `balanced`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such aggregate.
+
     """
-    total = np.zeros(len(earned))
-    for direction in (1, -1, 0):
-        total = total + fitness_of(earned[:, directions == direction])
+    if aggregate not in AGGREGATES:
+        raise ValueError(f'aggregate: expected one of {", ".join(AGGREGATES)}, got {aggregate!r}')
+    parts = [earned[:, directions == direction] for direction in (1, -1, 0)]
+    three = [part.mean(axis=1) if aggregate == 'mean' else fitness_of(part) for part in parts]
+    if aggregate == 'worst_word':
+        least: Array = len(three) * np.minimum.reduce(three)
+        return least
+    total: Array = three[0] + three[1] + three[2]
     return total
 
 

@@ -121,7 +121,8 @@ class Scenario:
 
 
 def draw(rng: np.random.Generator, words: dict[str, Array], world: World,
-         randomisation: Randomisation, *, moves: int, stops: int) -> Scenario:
+         randomisation: Randomisation, *, moves: int, stops: int,
+         move_noise: float = MOVE_NOISE) -> Scenario:
     """
     Draw `moves` situations for each direction and `stops` for standing still.
 
@@ -137,6 +138,8 @@ def draw(rng: np.random.Generator, words: dict[str, Array], world: World,
         The means in use.
     moves, stops
         Counts of situations; every word of a behaviour takes its turn.
+    move_noise
+        Standard deviation of the noise on each element of a move word's vector, at most.
 
     """
     signals, directions = [], []
@@ -152,7 +155,7 @@ def draw(rng: np.random.Generator, words: dict[str, Array], world: World,
     heard = np.array(signals)
     if randomisation.vectors:
         noise = rng.choice([0.0, 0.4, 1.0], len(heard), p=[0.5, 0.25, 0.25])
-        noise = noise * np.where(np.array(directions) == STOP, STOP_NOISE, MOVE_NOISE)
+        noise = noise * np.where(np.array(directions) == STOP, STOP_NOISE, move_noise)
         heard = heard + noise[:, None] * rng.standard_normal(heard.shape)
     variations = _variations(rng, len(heard), world, randomisation)
     return Scenario(heard, np.array(directions), variations,

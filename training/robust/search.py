@@ -32,9 +32,10 @@ from training.evolution.operators import Layout, mutate_mixed, random_genomes
 from training.evolution.run import Progress
 from training.evolution.rundir import RunDirectory
 from training.evolution.treatments import Words
+from training.robust.careful import careful_mutation
 from training.robust.listening import Listening, listen, newcomers
-from training.robust.objective import fitness, values
-from training.robust.scenarios import DIRECTION, Randomisation, Scenario, draw
+from training.robust.objective import FREE_STRAY_M, STRAY_WEIGHT, fitness, values
+from training.robust.scenarios import DIRECTION, MOVE_NOISE, Randomisation, Scenario, draw
 from w2b_controller import __version__
 from w2b_controller.network import Network
 from w2b_sim import bodies
@@ -47,6 +48,9 @@ Array = NDArray[np.float64]
 REJECTED = -10.0
 #: A child may be this much worse than its parent in the first situations and still be tried.
 TOLERANCE = 0.01
+#: Part of a stage's generations over which touch that was not felt before grows to its full size,
+#: and standard deviations of the synapses that it begins with.
+GROWING, TOUCH_SIZES = 0.7, (0.05, 0.1, 0.2)
 #: Weight of the newest draw in an individual's fitness.
 NEWEST = 0.3
 
@@ -59,7 +63,8 @@ class Stage:
     `generations` long; `moves` situations a direction and `stops` for standing still, drawn anew
     every `redraw` generations (0: never, so that small gains are not lost in the luck of the draw),
     each for the share `length` of the world's steps; words as they are unless `vectors`; touch
-    sensors read 0 unless `touch`; progress counts up to `clip_m`, extrapolated to the whole.
+    sensors read 0 unless `touch`; progress counts up to `clip_m`, extrapolated to the whole;
+    straying under a stop word costs `stray_weight` for each metre beyond `free_stray_m`.
     """
 
     generations: int
@@ -70,6 +75,8 @@ class Stage:
     clip_m: float
     vectors: bool = True
     length: float = 1.0
+    stray_weight: float = STRAY_WEIGHT
+    free_stray_m: float = FREE_STRAY_M
 
 
 #: Walk both ways, however slowly; harden; use the touch sensors, where the body has any. The clip
@@ -97,6 +104,13 @@ class RobustConfig:
         Before the first stage.
     stages
         One after the other.
+    move_noise
+        As in `scenarios.draw`.
+    careful
+        Most children keep their parent's hidden weights, and none hears the words worse than its
+        parent (`careful.careful_mutation`): for newcomers that hear well from the start.
+    aggregate
+        How three behaviours make one fitness, see `objective.fitness`.
 
     """
 
@@ -110,6 +124,9 @@ class RobustConfig:
     randomisation: Randomisation = field(default_factory=Randomisation)
     listening: Listening = field(default_factory=Listening)
     stages: tuple[Stage, ...] = STAGES
+    move_noise: float = MOVE_NOISE
+    careful: bool = False
+    aggregate: str = 'balanced'
 
     def __post_init__(self) -> None:
         """Check the fields (ValueError, naming the field, with what was expected and what came)."""
@@ -143,11 +160,9 @@ class RobustConfig:
 def train(config: RobustConfig, directory: Path | str,
           progress: Callable[[Progress], None] | None = None, *, threads: int = 1,
           checkpoint_s: float = 10.0, vectors: Mapping[str, ArrayLike] | None = None,
-          stages: int | None = None, begin: Array | None = None) -> tuple[Network, Array]:
+          stages: int | None = None) -> tuple[Network, Array]:
     """
     Run `config` in `directory`, or go on with it there, for all or the first `stages` stages.
-
-    `begin` (N, G), if given, are the genomes it begins with.
 
     Returns the population's networks (N, ...) and fitness (N,) in a last, larger draw of
     situations, best first.
@@ -171,8 +186,6 @@ def train(config: RobustConfig, directory: Path | str,
                             for word, _behaviour in config.words}}
     with RunDirectory(Path(directory), identity, may_grow=()) as place:
         search = RobustSearch(config, heard, place, threads)
-        if begin is not None and search.afpo.generation == 0:
-            search.start_from(begin)
         search.evolve(progress, checkpoint_s, stages)
         return search.ranked()
 
@@ -196,26 +209,28 @@ class RobustSearch:
             for soon, world in ((False, self.world), (True, dry))}
         self.layout = Layout.of(body)
         self.rng = treatments.generator(config.seed, treatments.EVOLUTION)
-        self.afpo = Afpo(self.layout, self.rng, capacity=config.population, mutation=mutate_mixed,
+        self.afpo = Afpo(self.layout, self.rng, capacity=config.population,
+                         mutation=careful_mutation(heard, self.layout.hidden_count)
+                         if config.careful else mutate_mixed,
                          newcomers=self._newcomers())
         self.evaluations = 0
         #: Number of an individual -> its values (R,) in the scenario of now.
         self.values: dict[int, Array] = {}
         self.stage, self.scenario = self._situation(0)
+        self.gain = self._gain(0)
         state = place.resume(self.rng) if place is not None else None
         if state is not None:
             self._restore(state)
 
     def _newcomers(self) -> Newcomers:
         config = self.config
-        if not config.listening.attempts:
-            return random_genomes
         listeners = self._listeners_file()
+        if listeners is None and not config.listening.attempts:
+            return random_genomes
         if listeners is None:
             listeners = listen(self.layout, config.listening, config.seed,
-                               lambda rng, moves, stops: draw(
-                                   rng, self.heard, self.world, config.randomisation,
-                                   moves=moves, stops=stops))
+                               lambda rng, moves, stops: self._draw(
+                                   rng, config.randomisation, moves, stops))
             if self.place is not None:
                 save_array(self.place.path / 'listeners.npy', listeners)
         return newcomers(listeners)
@@ -227,13 +242,6 @@ class RobustSearch:
         listeners: Array = np.load(path, allow_pickle=False)
         return listeners
 
-    def start_from(self, genomes: Array) -> None:
-        """Begin with `genomes` (up to the population's size) in place of as many newcomers."""
-        population = self.afpo.population
-        mixed = population.genomes.copy()
-        mixed[:len(genomes)] = genomes[:len(mixed)]
-        self.afpo.population = replace(population, genomes=mixed)
-
     def _restore(self, state: dict[str, NDArray[Any]]) -> None:
         try:
             self.afpo.restore(state)
@@ -243,6 +251,7 @@ class RobustSearch:
             raise CheckpointError(f'checkpoint: does not belong to this run ({error}); delete it '
                                   'to start again from the first generation') from None
         self.stage, self.scenario = self._situation(max(0, self.afpo.generation - 1))
+        self.gain = self._gain(max(0, self.afpo.generation - 1))
 
     def _situation(self, generation: int) -> tuple[Stage, Scenario]:
         """Return the stage of a generation and the scenario drawn for it."""
@@ -257,8 +266,12 @@ class RobustSearch:
         means = self.config.randomisation
         if not stage.vectors:
             means = replace(means, vectors=False)
-        return stage, draw(rng, self.heard, self.world, means, moves=stage.moves,
-                           stops=stage.stops)
+        return stage, self._draw(rng, means, stage.moves, stage.stops)
+
+    def _draw(self, rng: np.random.Generator, means: Randomisation, moves: int,
+              stops: int) -> Scenario:
+        return draw(rng, self.heard, self.world, means, moves=moves, stops=stops,
+                    move_noise=self.config.move_noise)
 
     def _is_new(self, generation: int) -> bool:
         """Whether a generation's scenario is not the one of the generation before."""
@@ -271,7 +284,7 @@ class RobustSearch:
 
     def judge(self, genomes: Array, scenario: Scenario, stage: Stage) -> Array:
         """Return the values (N, R) of genomes in each situation, see `objective`."""
-        network = self.layout.network(self._felt(genomes, stage))
+        network = self.layout.network(self._felt(genomes))
         earned = np.empty((len(genomes), len(scenario)))
         for soon in (False, True):
             chosen = np.flatnonzero(scenario.contact_soon == soon)
@@ -280,31 +293,56 @@ class RobustSearch:
             part = scenario.take(chosen)
             outcome = self.engines[stage.length, soon].evaluate(
                 network, part.signals, (Start(),), part.engine_variations())
-            earned[:, chosen] = values(outcome, part.directions, stage.clip_m, stage.length)
+            earned[:, chosen] = values(outcome, part.directions, stage.clip_m, stage.length,
+                                       stage.stray_weight, stage.free_stray_m)
         self.evaluations += earned.size
         return earned
 
-    def _felt(self, genomes: Array, stage: Stage) -> Array:
-        """Return the genomes with the sensors' synapses cut if the stage is without touch."""
-        if stage.touch or not self.layout.sensor_count:
-            return genomes
-        cut = genomes.copy()
-        hidden, inputs = self.layout.hidden_shape
-        columns = cut[:, :self.layout.hidden_size].reshape(-1, hidden, inputs)
-        columns[..., hidden + 1:] = 0.0
-        cut[:, :self.layout.hidden_size] = columns.reshape(len(cut), -1)
-        return cut
+    def _fitness(self, earned: Array, directions: NDArray[np.int64]) -> Array:
+        return fitness(earned, directions, self.config.aggregate)
 
-    def _begin_stage(self, stage: Stage, before: Stage | None) -> None:
-        """Let synapses of sensors that were not felt so far begin small: a gait is at stake."""
-        if before is None or before.touch or not stage.touch:
-            return
+    def _felt(self, genomes: Array) -> Array:
+        """Return the genomes with the sensors' synapses scaled to what is felt now."""
+        if self.gain == 1.0 or not self.layout.sensor_count:
+            return genomes
+        felt = genomes.copy()
+        self._touch(felt)[:] *= self.gain
+        return felt
+
+    def _touch(self, genomes: Array) -> Array:
+        """Return a view (N, H, S) of the synapses of the sensors."""
+        hidden, inputs = self.layout.hidden_shape
+        weights = genomes.reshape(len(genomes), -1)[:, :hidden * inputs]
+        strides = (weights.strides[0], inputs * weights.strides[1], weights.strides[1])
+        every = np.lib.stride_tricks.as_strided(weights, (len(genomes), hidden, inputs), strides)
+        return every[..., hidden + 1:]
+
+    def _gain(self, generation: int) -> float:
+        """
+        Return the share of the touch sensors' signals that is felt in a generation.
+
+        A stage with touch that follows one without lets it grow, a step at each draw, over the
+        first part of its generations: a gait is at stake.
+        """
+        begin, before = 0, True
+        stage = self.config.stages[-1]
+        for stage in self.config.stages:
+            if generation < begin + stage.generations:
+                break
+            begin, before = begin + stage.generations, stage.touch
+        if before or not stage.touch or not stage.redraw:
+            return float(stage.touch)
+        steps = int(np.ceil(GROWING * stage.generations / stage.redraw))
+        return min(1.0, ((generation - begin) // stage.redraw + 1) / steps)
+
+    def _begin_to_feel(self) -> None:
+        """Draw small synapses for sensors that were not felt so far, different in everybody."""
         population = self.afpo.population
         genomes = population.genomes.copy()
-        hidden, inputs = self.layout.hidden_shape
-        columns = genomes[:, :self.layout.hidden_size].reshape(-1, hidden, inputs)
-        columns[..., hidden + 1:] *= 0.1
-        genomes[:, :self.layout.hidden_size] = columns.reshape(len(genomes), -1)
+        rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**30)
+        touch = self._touch(genomes)
+        size = rng.choice(TOUCH_SIZES, len(genomes))[:, None, None]
+        touch[:] = size * rng.standard_normal(touch.shape)
         self.afpo.population = replace(population, genomes=genomes)
 
     def evolve(self, progress: Callable[[Progress], None] | None = None,
@@ -328,15 +366,18 @@ class RobustSearch:
 
     def _rescore(self) -> None:
         """Draw anew and score everybody in it."""
-        before = self.stage if self.afpo.generation else None
+        before = self.gain
         self.stage, self.scenario = self._situation(self.afpo.generation)
-        self._begin_stage(self.stage, before)
+        self.gain = self._gain(self.afpo.generation)
+        if before == 0.0 and self.gain > 0.0 and self.afpo.generation:
+            self._begin_to_feel()
         population = self.afpo.population
         now = self.judge(population.genomes, self.scenario, self.stage)
         self.values = dict(zip(population.numbers.tolist(), now, strict=True))
-        newest = fitness(now, self.scenario.directions)
+        newest = self._fitness(now, self.scenario.directions)
         old = population.fitness
-        known = np.isfinite(old) & (old > REJECTED)
+        # What was earned while less was felt counts no more.
+        known = np.isfinite(old) & (old > REJECTED) & (self.gain == before)
         mean = np.where(known, (1 - NEWEST) * np.where(known, old, 0.0) + NEWEST * newest, newest)
         self.afpo.population = replace(population, fitness=mean)
 
@@ -351,23 +392,23 @@ class RobustSearch:
         rest = np.setdiff1d(np.arange(len(scenario)), first)
         seen = np.full((len(genomes), len(scenario)), np.nan)
         seen[:, first] = self.judge(genomes, scenario.take(first), stage)
-        early = fitness(seen[:, first], scenario.directions[first])
+        early = self._fitness(seen[:, first], scenario.directions[first])
         tried = np.ones(len(genomes), dtype=np.bool_)
         for index, parent in enumerate(population.parents[new].tolist()):
             if parent in known:
-                bar = fitness(known[parent][1][None, first], scenario.directions[first])[0]
+                bar = self._fitness(known[parent][1][None, first], scenario.directions[first])[0]
                 tried[index] = early[index] > bar - TOLERANCE
         if tried.any():
             seen[np.ix_(tried, rest)] = self.judge(genomes[tried], scenario.take(rest), stage)
         scores = np.full(len(genomes), REJECTED)
-        scores[tried] = fitness(seen[tried], scenario.directions)
+        scores[tried] = self._fitness(seen[tried], scenario.directions)
         for index in np.flatnonzero(tried).tolist():
             parent = int(population.parents[new[index]])
             if parent in known:
                 score, met = known[parent]
                 # A draw that is hard on the parent must not make an idle child look better than
                 # both have ever been, nor an easy draw a lucky child.
-                paired = score + scores[index] - fitness(met[None], scenario.directions)[0]
+                paired = score + scores[index] - self._fitness(met[None], scenario.directions)[0]
                 scores[index] = min(scores[index], paired)
             self.values[int(population.numbers[new[index]])] = seen[index]
         self.afpo.tell(scores)
@@ -385,9 +426,10 @@ class RobustSearch:
         """Return the population's networks and fitness, best first in 24 + 24 + 32 situations."""
         stage = replace(self.stage, length=1.0)
         rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**31)
-        scenario = draw(rng, self.heard, self.world, self.config.randomisation, moves=24, stops=32)
-        genomes = self._felt(self.afpo.population.genomes, stage)
-        score = fitness(self.judge(genomes, scenario, stage), scenario.directions)
+        scenario = self._draw(rng, self.config.randomisation, 24, 32)
+        genomes = self.afpo.population.genomes
+        score = self._fitness(self.judge(genomes, scenario, stage), scenario.directions)
+        genomes = self._felt(genomes)
         order = np.argsort(-score, kind='stable')
         return self.layout.network(genomes[order]), score[order]
 

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 from training.evolution.operators import Layout, random_genomes
 from training.robust import gate
 from training.robust.champions import HELD_OUT, TRAINED, TRIED, config_of, parse_seeds
-from training.robust.hidden_life import LATE, STEPS, live
+from training.robust.hidden_life import LATE, SETTLED, STEPS, live
 from training.robust.listening import Listening, listen, newcomers, score
 from training.robust.objective import WORST_STOP, fitness, values
 from training.robust.scenarios import DIRECTION, Randomisation, draw
@@ -71,6 +71,14 @@ def test_fitness_is_half_mean_half_worst_third():
     earned = np.array([[0.0, 0.3, 0.6, 0.5, 0.5, 0.5, 0.0, 0.0, -0.3]])
     assert fitness(earned, WAYS)[0] == pytest.approx(
         (0.15 + 0.0) + 0.5 + (-0.05 - 0.15))
+
+
+def test_the_other_aggregates():
+    earned = np.array([[0.0, 0.3, 0.6, 0.2, 0.2, 0.2, 0.0, 0.0, -0.3]])
+    assert fitness(earned, WAYS, 'mean')[0] == pytest.approx(0.3 + 0.2 - 0.1)
+    assert fitness(earned, WAYS, 'worst_word')[0] == pytest.approx(3 * (-0.05 - 0.15))
+    with pytest.raises(ValueError, match=r"aggregate: expected one of .*, got 'luck'"):
+        fitness(earned, WAYS, 'luck')
 
 
 def test_an_engine_that_does_not_tell_is_refused():
@@ -134,6 +142,24 @@ def test_hidden_life_is_the_network_with_silent_sensors():
     error = np.abs(life.late_swing - late.std(axis=0)).max(axis=-1)
     # Chaotic networks leave any approximation; the others must not.
     assert np.quantile(error, 0.7) < 0.01
+
+
+def test_hidden_life_feels_constant_inputs_as_a_network_feels_its_feet():
+    rng = np.random.default_rng(5)
+    weights, signals = 0.5 * rng.normal(size=(1, 4, 5)), 0.2 * rng.normal(size=(3, 40))
+    bias = 0.1 * rng.normal(size=(3, 4))
+    life, silent = live(weights, signals, bias), live(weights, signals)
+    for index in range(3):
+        network = Network(np.concatenate([weights[0], bias[index][:, None]], axis=1),
+                          np.zeros((1, 4)), np.ones(1))
+        state = prime(network, signals[index])
+        course = []
+        for _ in range(STEPS):
+            state = step(network, state, np.ones(1))
+            course.append(state.hidden)
+        settled = np.array(course)[SETTLED:]
+        assert life.mean[0, index] == pytest.approx(settled.mean(axis=0), abs=0.01)
+    assert np.abs(life.mean - silent.mean).max() > 0.05
 
 
 def test_listening_tells_words_apart_better_than_chance():
@@ -220,7 +246,20 @@ def test_the_gate_row_by_row():
     tolerable = [0.01] * 18 + [0.2] * 2
     assert gate.passes(gate.rows(outcome([[0.6] * 20, [-0.6] * 20, tolerable]), words, (), 0.5))
     markdown = gate.to_markdown(table)
-    assert '| halt | stop | no | +0.01' in markdown
+    assert '| halt | stop | **held out** | +0.01' in markdown
+    assert gate.from_json(json.loads(json.dumps(gate.to_json(table)))) == table
+
+
+def test_validation_words_are_told_and_not_required():
+    words = (('forward', 'forward'), ('backward', 'backward'), ('stop', 'stop'))
+    table = gate.rows(outcome([[0.6] * 20, [-0.6] * 20, [0.0] * 20, [0.3] * 20, [0.0] * 20]),
+                      words, (('halt', 'stop'),), 0.5, validation=(('abort', 'stop'),))
+    assert [row.validation for row in table] == [False, False, False, True, False]
+    assert [row.required for row in table] == [True, True, True, False, True]
+    assert [row.passed for row in table] == [True, True, True, False, True]
+    assert gate.passes(table)
+    assert gate.shorter_way(table) == pytest.approx(0.6)
+    assert '| abort | stop | validation |' in gate.to_markdown(table)
 
 
 def test_explosions_pass_no_gate():

@@ -1,13 +1,21 @@
-"""The shipped quadruped passes the gate it claims to have passed, from other starts."""
+"""The shipped quadruped is what its record says, and passes its gate from other starts."""
 
+import json
+from pathlib import Path
+
+import numpy as np
 import pytest
 
-from training.robust import gate
-from training.robust.champions import HELD_OUT, MOVE_M, TRAINED
+from training.robust import blind, gate
+from training.robust.quadruped import BODY, MOVE_M
+from training.robust.word_roles import QUADRUPED
 from w2b_controller import controller_file
+from w2b_controller.network import Network
 from w2b_controller.vocabulary import Vocabulary
 from w2b_sim import bodies
 from w2b_sim.worlds import PAPER
+
+TABLES = Path(__file__).resolve().parents[3] / 'docs' / 'champions'
 
 
 @pytest.fixture(scope='module')
@@ -16,12 +24,25 @@ def shipped():
 
 
 def test_its_words_and_record_are_the_champions_command_s(shipped):
-    assert tuple((word.word, word.behaviour) for word in shipped.words) == TRAINED
+    assert tuple((word.word, word.behaviour) for word in shipped.words) == QUADRUPED.trained
     assert shipped.record['mode'] == 'robust'
-    assert [tuple(pair) for pair in shipped.record['held_out']] == list(HELD_OUT)
+    for role in ('trained', 'validation', 'held_out'):
+        assert tuple(map(tuple, shipped.record['words'][role])) == getattr(QUADRUPED, role)
+    evolved_on = {word for word, _asked in shipped.record['config']['words']}
+    assert not evolved_on & {word for word, _asked in QUADRUPED.held_out + QUADRUPED.validation}
     vocabulary = Vocabulary.load()
     for word in shipped.words:
         assert controller_file.vector_sha256(vocabulary.vector(word.word)) == word.sha256
+
+
+def test_its_table_tells_every_word_and_how_many_were_opened(shipped):
+    told = json.loads((TABLES / 'quadruped.json').read_text(encoding='utf-8'))
+    assert [row['word'] for row in told['rows']] == [word for word, _asked in QUADRUPED.every]
+    assert told['opened'] == shipped.record['opened'] >= 1
+    assert shipped.record['weights_sha256'] == blind.weights_sha256(shipped.network)
+    assert told['rows'] == shipped.record['gate']['rows']
+    markdown = (TABLES / 'quadruped.md').read_text(encoding='utf-8')
+    assert gate.to_markdown(gate.from_json(told['rows'])) in markdown
 
 
 def test_its_touch_sensors_are_in_use(shipped):
@@ -30,9 +51,25 @@ def test_its_touch_sensors_are_in_use(shipped):
 
 
 def test_it_obeys_in_pybullet(shipped):
-    stops = tuple(pair for pair in HELD_OUT if pair[1] == 'stop')
+    stops = tuple(pair for pair in QUADRUPED.held_out if pair[1] == 'stop')
     vocabulary = Vocabulary.load()
-    vectors = {word: vocabulary.vector(word) for word, _asked in TRAINED + stops}
-    table = gate.gate(shipped.network, bodies.get('quadruped'), PAPER, TRAINED, stops, vectors,
-                      move_m=MOVE_M['quadruped'], starts=3, seed=99)
+    vectors = {word: vocabulary.vector(word) for word, _asked in QUADRUPED.trained + stops}
+    table = gate.gate(shipped.network, bodies.get(BODY), PAPER, QUADRUPED.trained, stops, vectors,
+                      move_m=MOVE_M, starts=3, seed=99)
     assert gate.passes(table), gate.to_markdown(table)
+
+
+def test_touch_changes_what_it_does(shipped):
+    network, body = shipped.network, bodies.get(BODY)
+    numb = network.hidden_weights.copy()
+    numb[:, network.hidden_count + 1:] = 0.0
+    both = Network(np.array([network.hidden_weights, numb]), np.array([network.motor_weights] * 2),
+                   network.motor_time_constants)
+    from training.evolution.engines import make_evaluator
+    from w2b_sim.engines.interface import Start
+
+    judge = make_evaluator('batched', body, PAPER)
+    vocabulary = Vocabulary.load()
+    signals = np.array([vocabulary.vector(word) for word in ('forward', 'backward')])
+    end = judge.evaluate(both, signals, (Start(),)).final_position_m[:, :, 0, :2]
+    assert (np.linalg.norm(end[0] - end[1], axis=-1) > 0.02).any()

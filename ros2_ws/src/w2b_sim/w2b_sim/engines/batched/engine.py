@@ -28,10 +28,11 @@ BITS = {'single': 32, 'float32': 32, 'double': 64, 'float64': 64}
 #: Sweeps of the viscous solve's two stages: in double precision until they change nothing, in
 #: single what evolution needs (more sweeps agree no better with the original, for chaos hides it).
 VISCOUS_SWEEPS = {32: (4, 6), 64: (24, 32)}
-#: The rows of torque-limited joints are strongly coupled to the contacts' and converge slowly.
-DYNAMIC_SWEEPS = {32: (16, 16), 64: (40, 40)}
 COULOMB_SWEEPS = 10
-DYNAMIC_COULOMB_SWEEPS = 20
+#: Torque-limited joints' rows are strongly coupled to those of dry friction and converge slowly.
+DYNAMIC_COULOMB_SWEEPS = {32: 10, 64: 20}
+#: ... and their visits wait for one another: more lanes than a register has fill the time.
+DYNAMIC_COULOMB_REGISTERS = 2
 #: In worlds with dry friction, whose reference is PyBullet, a contact begins at Bullet's distance:
 #: within it a link may approach the floor by the gap that is left, and no more, in a step.
 SPECULATIVE_GAP_M = 0.02
@@ -123,11 +124,13 @@ class BatchedEngine:
             raise UnsupportedBodyError(
                 f'world {world.name}: unbounded friction needs slip above 0, '
                 f'got {world.slip_m_per_n_s}')
-        self.layout = _layout(compiled, bits, lanes or lanes_for(bits), coulomb)
+        slow = coulomb and len(compiled.tables.dynamic_link) > 0
+        if lanes is None:
+            lanes = lanes_for(bits) * (DYNAMIC_COULOMB_REGISTERS if slow else 1)
+        self.layout = _layout(compiled, bits, lanes, coulomb)
         if sweeps is None:
-            dynamic = self.layout.dynamic > 0
-            sweeps = ((0, DYNAMIC_COULOMB_SWEEPS if dynamic else COULOMB_SWEEPS) if coulomb else
-                      (DYNAMIC_SWEEPS if dynamic else VISCOUS_SWEEPS)[bits])
+            sweeps = ((0, DYNAMIC_COULOMB_SWEEPS[bits] if slow else COULOMB_SWEEPS) if coulomb
+                      else VISCOUS_SWEEPS[bits])
         #: Of the contact solve's two stages.
         self.sweeps = sweeps
         h = world.physics_step_s

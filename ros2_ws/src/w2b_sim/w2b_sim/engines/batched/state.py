@@ -18,11 +18,12 @@ State = structure('State', {
     'motors': ('joints',),           # motor neurons
     'target': ('joints',),           # angle the servos steer for, rad
     'hidden': ('hidden',),           # hidden neurons
-    'press': ('rows',),              # impulses of the last step, to start the next solve from
-    'press_first': ('rows',),        # the same of the viscous solve's first stage
+    'press': ('contacts',),          # impulses of the last step, to start the next solve from
+    'press_first': ('contacts',),    # the same of the viscous solve's first stage
     'slide_x': ('contacts',),        # friction impulses of the last step
     'slide_y': ('contacts',),
-    'stop': ('dynamic',),            # impulses of hard stops of the last step
+    'mode': ('dynamic',),            # of the dynamic joints in the last step, see `motors`
+    'motor': ('dynamic',),           # impulses of their motors and stops in the last step
 })
 
 #: Geometry and velocities of the present step, world axes. A link's velocity is the base's rigid
@@ -75,11 +76,11 @@ def rest(layout, tables, state, frame, start):
     for j in range(layout.joints):
         state.angle[j] = zero
         state.motors[j] = zero
-    for row in range(layout.rows):
-        state.press[row] = zero
-        state.press_first[row] = zero
     for d in range(layout.dynamic):
-        state.stop[d] = zero
+        state.mode[d] = zero
+        state.motor[d] = zero
     for contact in range(layout.contacts):
+        state.press[contact] = zero
+        state.press_first[contact] = zero
         state.slide_x[contact] = zero
         state.slide_y[contact] = zero

@@ -35,6 +35,9 @@ class Tables(NamedTuple):
     `dynamic` (J,) numbers the joints that are unknowns of the solve, outer ones
     first, -1 for others; `dynamic_link` lists the links they move. `chain_of` (L, chain) lists, for
     each link, the `chain_length` dynamic joints that move it, outer ones first (see `tree`).
+    `leaf` (L,) is an outermost link that each link carries, itself if it carries none; slots
+    `slot_first[leaf]`... have room for the contacts of all links with that leaf, `slot_leaf` (C,)
+    (see `slots`).
     """
 
     parent: NDArray[np.int64]
@@ -57,6 +60,9 @@ class Tables(NamedTuple):
     dynamic_link: NDArray[np.int64]
     chain_of: NDArray[np.int64]
     chain_length: NDArray[np.int64]
+    leaf: NDArray[np.int64]
+    slot_first: NDArray[np.int64]
+    slot_leaf: NDArray[np.int64]
     extent: NDArray[Any]
     contact_first: NDArray[np.int64]
     contact_link: NDArray[np.int64]
@@ -136,6 +142,7 @@ def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody
              joint.servo.max_torque_nm, joint.time_constant) for joint in body.joints),
             strict=True)),
         *_chains(parent, dynamic),
+        *_slots(parent, contact[2]),
         *contact,
         *_sensors(body, touch_links)]
     return CompiledBody(Tables(*parts), touch_links, body.height_m + float(centres[0, 2]),
@@ -195,6 +202,16 @@ def _chains(parent: NDArray[np.int64], dynamic: NDArray[np.bool_]
     for k, chain in enumerate(chains):
         padded[k, :len(chain)] = chain
     return number, links, padded, np.array([len(chain) for chain in chains])
+
+
+def _slots(parent: NDArray[np.int64], contact_link: NDArray[np.int64]
+           ) -> tuple[NDArray[np.int64], ...]:
+    """Return each link's leaf, each leaf's first slot (for any link), and the slots' leaves."""
+    leaf = np.arange(len(parent))
+    for k in range(len(parent) - 1, 0, -1):
+        leaf[parent[k]] = leaf[k]
+    slot_leaf = np.sort(leaf[contact_link])
+    return leaf, np.searchsorted(slot_leaf, np.arange(len(parent))), slot_leaf
 
 
 def _inertias(links: Sequence[Link]) -> tuple[NDArray[np.float64], ...]:

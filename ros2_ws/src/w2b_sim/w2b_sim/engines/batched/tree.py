@@ -117,38 +117,80 @@ def backward_all(layout, tables, joint, base, x):
 
 
 @inlined
-def row_length(layout, tables, link, row):
-    """Return the squared length of a link's vector."""
-    total = row[layout.chain] * row[layout.chain]
-    for i in range(1, BASE):
-        total = fma(row[layout.chain + i], row[layout.chain + i], total)
-    for p in range(tables.chain_length[link]):
-        total = fma(row[p], row[p], total)
-    return total
+def multiply(layout, tables, joint, base, x, product):
+    """Set `product` to the matrix times x, both full vectors."""
+    first = layout.dynamic
+    for i in range(BASE):
+        total = base[tri(i, i)] * x[first + i]
+        for k in range(i):
+            total = fma(base[tri(i, k)], x[first + k], total)
+        for k in range(i + 1, BASE):
+            total = fma(base[tri(k, i)], x[first + k], total)
+        product[first + i] = total
+    for d in range(layout.dynamic):
+        product[d] = joint[d, 0] * x[d]
+    for d in range(layout.dynamic):
+        link = tables.dynamic_link[d]
+        total = product[d]
+        for p in range(1, tables.chain_length[link]):
+            outer = tables.chain_of[link, p]
+            total = fma(joint[d, p], x[outer], total)
+            product[outer] = fma(joint[d, p], x[d], product[outer])
+        for i in range(BASE):
+            total = fma(joint[d, layout.chain + i], x[first + i], total)
+            product[first + i] = fma(joint[d, layout.chain + i], x[d], product[first + i])
+        product[d] = total
 
 
 @inlined
-def row_dot(layout, tables, link, row, x, total):
-    """Return total plus the product of a link's vector with a full one, in two short chains."""
-    base, first = layout.chain, layout.dynamic
-    linear = row[base] * x[first]
-    for i in range(1, 3):
-        linear = fma(row[base + i], x[first + i], linear)
-    for i in range(3, BASE):
-        total = fma(row[base + i], x[first + i], total)
-    for p in range(layout.chain):
-        linear = fma(row[p], x[tables.chain_of[link, p]], linear)
-    return total + linear
+def base_of(layout, x):
+    """Return the base's part of a full vector as a tuple, which stays in registers."""
+    first = layout.dynamic
+    return x[first], x[first + 1], x[first + 2], x[first + 3], x[first + 4], x[first + 5]
 
 
 @inlined
-def row_add(layout, tables, link, row, factor, x):
-    """Add factor times a link's vector to a full one."""
+def set_base(layout, x, base):
+    """Write the base's part of a full vector."""
+    for i in range(BASE):
+        x[layout.dynamic + i] = base[i]
+
+
+@inlined
+def row_dot(layout, tables, link, rows, q, x, base):
+    """
+    Return the product of row q, a link's vector, with a full one, in three short chains.
+
+    The full vector's part of the joints is in `x`, the base's in `base`.
+    """
+    c = layout.chain
+    linear = fma(rows[q, c + 2], base[2], fma(rows[q, c + 1], base[1], rows[q, c] * base[0]))
+    turning = fma(rows[q, c + 5], base[5], fma(rows[q, c + 4], base[4], rows[q, c + 3] * base[3]))
+    joints = rows[q, 0] * x[tables.chain_of[link, 0]]
+    for p in range(1, layout.chain):
+        joints = fma(rows[q, p], x[tables.chain_of[link, p]], joints)
+    return (linear + turning) + joints
+
+
+@inlined
+def row_add(layout, tables, link, rows, q, factor, x, base):
+    """Add factor times row q, a link's vector, to a full one; return the base's part."""
     for p in range(layout.chain):
         place = tables.chain_of[link, p]
-        x[place] = fma(row[p], factor, x[place])
-    for i in range(BASE):
-        x[layout.dynamic + i] = fma(row[layout.chain + i], factor, x[layout.dynamic + i])
+        x[place] = fma(rows[q, p], factor, x[place])
+    c = layout.chain
+    return (fma(rows[q, c], factor, base[0]), fma(rows[q, c + 1], factor, base[1]),
+            fma(rows[q, c + 2], factor, base[2]), fma(rows[q, c + 3], factor, base[3]),
+            fma(rows[q, c + 4], factor, base[4]), fma(rows[q, c + 5], factor, base[5]))
+
+
+@inlined
+def rows_product(layout, left, right, q):
+    """Return the product of rows q of two tables, vectors of the same link."""
+    total = left[q, 0] * right[q, 0]
+    for i in range(1, layout.width):
+        total = fma(left[q, i], right[q, i], total)
+    return total
 
 
 @inlined
