@@ -95,8 +95,6 @@ def parse_seeds(text: str) -> list[int]:
 def config_of(body: str, seed: int, vocabulary: str = 'default',
               effort: float = 1.0) -> RobustConfig:
     """Return the robust run for one seed of a champion."""
-    if not 0 < effort <= 100:
-        raise ValueError(f'effort: expected a factor above 0, got {effort}')
     config = RobustConfig(body=body, seed=seed, words=TRAINED, vocabulary=vocabulary,
                           physics_steps=PHYSICS_STEPS.get(body, 0))
     if body == 'physical_twin':
@@ -115,6 +113,8 @@ def main(args: argparse.Namespace) -> int:
     try:
         if args.keep < 1:
             raise ValueError(f'keep: expected at least 1, got {args.keep}')
+        if not 0 < args.effort <= 100:
+            raise ValueError(f'effort: expected a factor above 0, got {args.effort}')
         return _champions(args)
     except (ValueError, OSError) as error:
         print(f'champions: {" ".join(str(error).split())}', file=sys.stderr)
