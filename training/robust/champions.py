@@ -41,7 +41,8 @@ def _asking(behaviour: str, words: str) -> Words:
     return tuple((word, behaviour) for word in words.split())
 
 
-#: What the shipped champions are trained on. `halt`, `suspend` and the words of `HELD_OUT` never.
+#: What the physical twin is trained on. `halt`, `suspend` and the words of `HELD_OUT` never. The
+#: quadruped's words are in `word_roles`.
 TRAINED: Words = (
     *_asking('forward', 'forward'), *_asking('backward', 'backward'),
     *_asking('stop', 'stop cease discontinue stay interrupt terminate'))
