@@ -39,7 +39,7 @@ from w2b_sim.worlds import WORLDS
 #: feet. PyBullet's robots slip about twice as far as these while they settle: hence the 2 cm.
 STAGES = (Stage(400, 6, 3, 0, False, 0.6, vectors=False, length=0.5),
           Stage(300, 9, 12, 15, False, 1.0, stray_weight=3.0, free_stray_m=0.02),
-          Stage(250, 9, 24, 12, True, 1.2, stray_weight=4.0, free_stray_m=0.02))
+          Stage(250, 9, 16, 12, True, 1.2, stray_weight=2.0, free_stray_m=0.02))
 #: Runs below it after the first stage, and after hardening, in metres of both moves less what stops
 #: stray, are discarded: most of those that will walk both ways do so early.
 LEAST_FITNESS = (0.15, 0.4)

@@ -50,7 +50,9 @@ REJECTED = -10.0
 TOLERANCE = 0.01
 #: Part of a stage's generations over which touch that was not felt before grows to its full size,
 #: and standard deviations of the synapses that it begins with.
-GROWING, TOUCH_SIZES = 0.7, (0.05, 0.1, 0.2)
+GROWING, TOUCH_SIZES = 0.7, (0.02, 0.04, 0.08)
+#: How many of the best begin to feel.
+WALKERS = 5
 #: Weight of the newest draw in an individual's fitness.
 NEWEST = 0.3
 
@@ -336,14 +338,20 @@ class RobustSearch:
         return min(1.0, ((generation - begin) // stage.redraw + 1) / steps)
 
     def _begin_to_feel(self) -> None:
-        """Draw small synapses for sensors that were not felt so far, different in everybody."""
+        """
+        Let the best walkers feel: each in many copies, with small synapses drawn anew for each.
+
+        Most synapses upset a gait; which do not is found by trying many.
+        """
         population = self.afpo.population
-        genomes = population.genomes.copy()
+        best = np.argsort(-population.fitness, kind='stable')[:WALKERS]
+        chosen = best[np.arange(len(population)) % len(best)]
+        genomes = population.genomes[chosen]
         rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**30)
         touch = self._touch(genomes)
         size = rng.choice(TOUCH_SIZES, len(genomes))[:, None, None]
         touch[:] = size * rng.standard_normal(touch.shape)
-        self.afpo.population = replace(population, genomes=genomes)
+        self.afpo.population = replace(population, genomes=genomes, ages=population.ages[chosen])
 
     def evolve(self, progress: Callable[[Progress], None] | None = None,
                checkpoint_s: float = 10.0, stages: int | None = None) -> None:
