@@ -34,7 +34,7 @@ def installed(tmp_path_factory) -> Path:
          '--base-paths', str(SOURCES), '--build-base', str(folder / 'build'),
          '--install-base', str(folder / 'install'),
          '--packages-select', 'w2b_controller', 'w2b_sim', 'w2b_hw'],
-        cwd=folder, env=environment, check=True, capture_output=True, timeout=120)
+        cwd=folder, env=environment, check=True, capture_output=True, timeout=600)
     return folder / 'install'
 
 
@@ -47,7 +47,7 @@ def environment(installed) -> dict[str, str]:
     base.pop('PYTHONPATH', None)
     output = subprocess.run(
         ['bash', '-c', '. "$0/setup.bash" && env -0', str(installed)], env=base, check=True,
-        capture_output=True, timeout=60).stdout.decode()
+        capture_output=True, timeout=600).stdout.decode()
     sourced = dict(item.split('=', 1) for item in output.split('\0') if '=' in item)
     profile = installed / 'w2b_controller' / 'share' / 'w2b_controller' / 'config' / \
         'quick_discovery.xml'

@@ -41,6 +41,6 @@ def assert_repeats(system, first_stamp_ns: int, text: str, steps: int = STEPS) -
     """Assert that what the client saw since a stamp is the offline evaluation to 1e-9 m."""
     period_ns = round(CONTROLLER.period_s * 1e9)
     stamps = [first_stamp_ns + number * period_ns for number in range(steps)]
-    system.wait(lambda: stamps[-1] in system.positions_m, f'frame {steps}', deadline_s=60.0)
+    system.wait(lambda: stamps[-1] in system.positions_m, f'frame {steps}')
     seen = np.array([system.positions_m[stamp] for stamp in stamps])
     assert np.abs(seen - offline_positions_m(text, steps)).max() < 1e-9

@@ -182,6 +182,9 @@ def test_a_killed_sim_is_missed_and_its_successor_walks_again(system):
     system.spin_for_frames(100)
     sim.kill()
     system.wait_for_status('brain: frames', 2, 'no sensor frames')
+    # Every frame but the last, which the brain may not have got, was answered: all have arrived.
+    system.wait(lambda: max(system.targets_rad) >= max(system.positions_m) - PERIOD_NS,
+                'the last frames')
     targets = len(system.targets_rad)
     system.forget()
     system.start('sim')
@@ -205,7 +208,7 @@ def test_a_killed_brain_leaves_the_body_waiting_and_its_successor_stands(system)
     system.spin_for_frames(100)
     brain.kill()
     system.wait_for_status('sim: targets', 1, 'no targets: the body waits')
-    frozen = max(system.positions_m)
+    frozen = system.last_frame()
     system.forget()
     system.answers.clear()
     system.start('brain')
@@ -223,7 +226,8 @@ def test_a_second_brain_refuses_to_start_and_the_first_walks_on_undisturbed(walk
     first = walking.reset()
     assert walking.tell('backward')[0] == 0
     walking.pause(False)
-    second = walking.start('brain', claim_wait=1.0)
+    # It ends as soon as it sees the first; on a busy machine discovery takes its time.
+    second = walking.start('brain', claim_wait=60.0)
     second.may_fail = True
     walking.wait(lambda: second.exit_code is not None, 'the end of the second brain')
     assert second.exit_code == 1

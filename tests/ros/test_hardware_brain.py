@@ -55,17 +55,24 @@ COMES_TO_REST_S = 10.0
 @pytest.fixture
 def robot(system, tmp_path, controller):
     robot = HardwareSystem(system, tmp_path)
-    robot.brain = system.start('brain', controller=controller)
-    system.wait_for_brain()
+    robot.brain = start_brain(system, controller)
     robot.arm()
     yield robot
     robot.close()
 
 
+def start_brain(system, controller):
+    system.answers.clear()
+    brain = system.start('brain', controller=controller)
+    system.wait_for_brain()
+    return brain
+
+
 def test_forward_walks_stop_and_an_unheard_synonym_still(robot, controller):
     level, message, _ = robot.system.tell('forward')
     assert level == 0, message
-    robot.spin(3.5)
+    robot.wait_until_following()
+    robot.spin(1.0)
     walking = robot.swing_us(2.5)
     assert np.count_nonzero(walking > 10 * STILL_US) >= 4, walking
     trained = [word.word for word in controller_file.load(controller).words]
@@ -76,32 +83,47 @@ def test_forward_walks_stop_and_an_unheard_synonym_still(robot, controller):
         robot.system.tell(word)
         # The network swings out: the robot has to come to rest, and soon.
         end_s = time.monotonic() + COMES_TO_REST_S
-        robot.spin(1.5)
         while (still := robot.swing_us(1.5)).mean() >= 0.1 * walking.mean():
             assert time.monotonic() < end_s, (word, still, walking)
-            robot.spin(0.5)
         print(f'{word}: mean swing {still.mean():.1f} us, walking {walking.mean():.1f} us')
-    assert robot.state() == 'ACTIVE'
+    assert robot.all_driven()
 
 
-def test_the_brain_killed_holds_parks_and_relaxes_on_time(robot):
+def kill_the_brain(robot):
+    """
+    Kill the brain of a walking robot.
+
+    Returns when all channels went off and the times at which pulses changed before, since the
+    kill; or None where the machine was too busy for frames in time, and the times say nothing.
+    """
     robot.system.tell('forward')
-    robot.spin(2.0)
+    robot.wait_until_following()
+    killed_s, killed_ns = time.monotonic(), robot.now_ns()
     robot.brain.kill()
-    killed_s = time.monotonic()
     robot.wait_until_off()
-    history = robot.pin_history(killed_s - 0.2)
-    times = np.array([since_s for since_s, _ in history]) - killed_s
-    off_at_s = times[[not pins.any() for _, pins in history]][-1]
-    moved = times[(times > 0.15) & (times < off_at_s)]
-    # A servo may still be on its way to the last target for 150 ms after it; then it is held, for
-    # no pulse changes, until 500 ms after that target, which came some frames before the kill.
-    held = moved[(moved > 0.2) & (moved < 0.35)]
-    assert held.size == 0, held
-    parking = moved[moved >= 0.35]
-    assert parking.size > 0
-    assert parking[0] <= 0.7, parking
-    assert off_at_s <= 0.7 + 2.0
+    robot.spin(0.2)
+    if robot.longest_gap_s(killed_ns - 2 * 10**8, robot.now_ns()) > 0.1:
+        return None
+    history = robot.pin_history(killed_s)
+    off_at_s = next(since_s for since_s, pins in history if not pins.any()) - killed_s
+    return off_at_s, np.array([since_s - killed_s for since_s, pins in history if pins.any()])
+
+
+def test_the_brain_killed_holds_parks_and_relaxes_on_time(robot, controller):
+    while (measured := kill_the_brain(robot)) is None:
+        assert len(robot.system.processes) < 10, 'frames were late in every attempt'
+        robot.brain = start_brain(robot.system, controller)
+        robot.arm()
+    off_at_s, changes_s = measured
+    print(f'brain killed: pulses changed at {changes_s.round(3)}, off at {off_at_s:.3f} s')
+    # The last pulse that follows a target, the pose held, and the first one of parking.
+    held = int(np.argmax(np.diff(changes_s)))
+    last_s, parking_s = changes_s[held:held + 2]
+    # A target that was under way is good for 150 ms, and a servo may be on its way to it for as
+    # long; then no pulse changes until 500 ms after that target.
+    assert last_s <= 0.3
+    assert parking_s - last_s >= 0.3
+    # Parking begins with a frame: 50 ms, and as late as was put up with.
+    assert parking_s - last_s <= 0.5 + 0.05 + 0.05
+    assert off_at_s - parking_s <= 2.0 + 0.05 + 0.05
     robot.wait_for_state('DISARMED')
-    print(f'brain killed: parking began after {1e3 * parking[0]:.0f} ms, '
-          f'all channels off after {1e3 * off_at_s:.0f} ms')

@@ -59,7 +59,7 @@ def test_the_manifest_is_format_3_and_names_every_imported_ros_package(package):
     ('w2b_controller', 'console'), ('w2b_controller', 'say'), ('w2b_controller', 'vocabulary')])
 def test_the_commands_explain_themselves(installed, environment, package, executable):
     done = subprocess.run([installed / package / 'lib' / package / executable, '--help'],
-                          env=environment, capture_output=True, text=True, timeout=60, check=True)
+                          env=environment, capture_output=True, text=True, timeout=120, check=True)
     assert 'usage' in done.stdout
 
 

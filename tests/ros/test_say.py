@@ -68,7 +68,7 @@ def test_usage_error(system):
 
 
 def test_the_console_says_each_line_and_shows_the_answers(walking):
-    console = walking.start('console')
+    console = walking.start('console', '--timeout', '120')
     console.type('forward\nforwrad\nhalt\n')
     walking.wait(lambda: console.exit_code is not None, 'the end of the console')
     assert console.exit_code == 0
@@ -88,7 +88,7 @@ def test_the_console_without_a_brain_says_what_to_start(system):
 def say(environment, *arguments, **variables):
     """Run the installed `say` beside no brain."""
     path = f'{environment["W2B_INSTALL"]}/w2b_controller/lib/w2b_controller/say'
-    return subprocess.run([path, *arguments], capture_output=True, timeout=30, check=False,
+    return subprocess.run([path, *arguments], capture_output=True, timeout=120, check=False,
                           env={**environment, **variables})
 
 

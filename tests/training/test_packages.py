@@ -10,7 +10,7 @@ TRAINING = Path(__file__).resolve().parents[2] / 'training'
 MAY_IMPORT: dict[str, set[str]] = {
     'evolution': set(),
     'robust': {'evolution'},
-    'measure': {'evolution'},
+    'measure': {'evolution', 'robust', 'study'},
     'study': {'evolution'},
     'report': {'evolution', 'study'},
 }

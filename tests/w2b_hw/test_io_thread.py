@@ -14,6 +14,7 @@ from w2b_hw.calibration import nominal
 from w2b_hw.emulation.client import SocketTransport
 from w2b_hw.emulation.faults import FaultyTransport
 from w2b_hw.emulation.robot import EmulatedRobot
+from w2b_hw.emulation.server import ChipServer
 from w2b_hw.guard import Guard
 from w2b_hw.io_thread import IoThread
 from w2b_hw.joints import JOINTS
@@ -224,3 +225,24 @@ def test_without_systemd_messages_go_nowhere(monkeypatch):
     Systemd().alive()
     monkeypatch.setenv('NOTIFY_SOCKET', '/nowhere/at/all')
     Systemd().alive()
+
+
+def test_the_socket_is_seen_only_when_it_listens(tmp_path, monkeypatch):
+    path = tmp_path / 'chips'
+    path.write_text('left by another')
+    listening = socket.socket.listen
+    seen = []
+
+    def listen(self):
+        seen.append(path.is_socket())
+        listening(self)
+    monkeypatch.setattr(socket.socket, 'listen', listen)
+    server = ChipServer(str(path))
+    try:
+        assert seen == [False]
+        client = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        client.connect(str(path))
+        client.close()
+        assert [file.name for file in tmp_path.iterdir()] == ['chips']
+    finally:
+        server._socket.close()

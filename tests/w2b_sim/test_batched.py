@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from w2b_controller.network import Network, prime
 from w2b_sim import bodies
-from w2b_sim.bodies.model import Body, Joint, Link, Servo
+from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link, Servo
 from w2b_sim.engines.batched import BatchedEngine, UnsupportedBodyError, Variations
 from w2b_sim.engines.interface import Start
 from w2b_sim.worlds import EARTH, PAPER
@@ -207,6 +207,45 @@ def test_yaw_turns_the_path_about_the_vertical(single):
 def test_what_is_not_modelled_is_refused_with_the_reason(change, reason):
     with pytest.raises(UnsupportedBodyError, match=reason):
         BatchedEngine(change(bodies.get('quadruped')), PAPER)
+
+
+def link_with(**changes):
+    return lambda body: replace(body, links=(body.links[0], replace(body.links[1], **changes),
+                                             *body.links[2:]))
+
+
+def joint_with(**changes):
+    return lambda body: replace(body, joints=(replace(body.joints[0], **changes),
+                                              *body.joints[1:]))
+
+
+@pytest.mark.parametrize(('change', 'reason'), [
+    (link_with(mass_kg=np.inf), 'a mass of link front_upper_leg of inf'),
+    (link_with(centre_m=(0.0, np.nan, 0.0)), 'a centre or axis of link front_upper_leg of nan'),
+    (link_with(shape=Capsule(0.1, -0.02, (1.0, 0.0, 0.0))), 'a size of link .* of -0.02'),
+    (link_with(shape=Capsule(np.nan, 0.02, (1.0, 0.0, 0.0))), 'a size of link .* of nan'),
+    (link_with(shape=Capsule(0.1, 0.02, (0.0, 0.0, 0.0))), 'a size of link .* of 0.0'),
+    (link_with(shape=Box((0.1, 0.0, 0.1))), 'a size of link .* of 0.0'),
+    (joint_with(origin_m=(np.nan, 0.0, 0.0)), 'a place or axis of joint front_hip of nan'),
+    (joint_with(upper_rad=np.inf), 'a limit of joint front_hip of inf'),
+    (joint_with(time_constant=0.0), 'a time constant of joint front_hip of 0.0'),
+    (joint_with(servo=Servo(gain_per_s=np.nan)), 'a servo gain of joint front_hip of nan'),
+    (joint_with(servo=Servo(max_speed_up_rad_s=-1.0)), 'a servo speed of joint front_hip of -1.0'),
+    (joint_with(servo=Servo(max_torque_nm=np.nan)), 'a servo torque of joint front_hip of nan'),
+    (joint_with(name='front_knee'), 'joints of the same name'),
+    (lambda body: replace(body, height_m=np.nan), 'a start height of nan'),
+    (lambda body: replace(body, hidden_neurons=0), '0 hidden neurons'),
+    (lambda body: replace(body, sensors=body.sensors[:1] * 2), 'the same sensor twice'),
+    (lambda body: replace(body, links=(), joints=()), 'without links or without joints'),
+    (lambda body: replace(body, links=body.links[:1], joints=()), 'without links or without')])
+def test_numbers_that_no_body_has_are_refused(change, reason):
+    with pytest.raises(UnsupportedBodyError, match=reason):
+        BatchedEngine(change(bodies.get('quadruped')), PAPER)
+
+
+def test_no_limit_of_speed_and_torque_is_modelled():
+    servo = Servo(max_speed_up_rad_s=np.inf, max_torque_nm=np.inf)
+    BatchedEngine(joint_with(servo=servo)(bodies.get('quadruped')), PAPER)
 
 
 class SpringServo(Servo):

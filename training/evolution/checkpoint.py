@@ -60,6 +60,13 @@ def save_array(path: Path, array: NDArray[np.generic]) -> None:
     write_atomically(path, buffer.getvalue())
 
 
+def reason(error: Exception) -> str:
+    """Return why a file could not be read, in a few words; numpy's hint at pickles misleads."""
+    if 'pickle' in str(error):
+        return 'not a file of numpy arrays'
+    return f'{type(error).__name__}: {" ".join(str(error).split())}'
+
+
 def load(path: Path, generator: np.random.Generator) -> dict[str, NDArray[np.generic]]:
     """
     Return the arrays of the checkpoint at `path`, and set the generator's state.
@@ -82,6 +89,6 @@ def load(path: Path, generator: np.random.Generator) -> dict[str, NDArray[np.gen
         raise
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile,
             zlib.error) as error:
-        raise CheckpointError(f'{path}: not a readable checkpoint ({error}); delete it to start '
-                              'this run again from its first generation') from None
+        raise CheckpointError(f'{path}: not a readable checkpoint ({reason(error)}); delete it to '
+                              'start this run again from its first generation') from None
     return arrays

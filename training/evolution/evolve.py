@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -96,11 +97,24 @@ def config_of(args: argparse.Namespace) -> RunConfig:
 def main(args: argparse.Namespace) -> int:
     """Run the command; return the exit code: 0, 2 for an error, 130 if interrupted."""
     try:
-        if args.checkpoint_seconds <= 0 or (args.checkpoint_generations or 1) < 1:
-            raise ValueError('checkpoint interval: expected a positive number')
+        if not 0 < args.checkpoint_seconds < inf:
+            raise ValueError('--checkpoint-seconds: expected a number above 0, '
+                             f'got {args.checkpoint_seconds}')
+        if args.checkpoint_generations is not None and args.checkpoint_generations < 1:
+            raise ValueError('--checkpoint-generations: expected an integer >= 1, '
+                             f'got {args.checkpoint_generations}')
         result = _run(config_of(args), args)
-    except (ValueError, OSError) as error:
+    except OSError as error:
+        print(f'evolve: {args.out}: cannot be written or read ({error.strerror or error}); put '
+              'that right and give the same command again: it goes on from the last checkpoint',
+              file=sys.stderr)
+        return 2
+    except ValueError as error:
         print(f'evolve: {" ".join(str(error).split())}', file=sys.stderr)
+        return 2
+    except MemoryError as error:
+        print(f'evolve: the run does not fit into memory ({error}); ask for a smaller '
+              '--population or fewer --generations, in another directory', file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print(f'evolve: interrupted; the same command goes on from the last checkpoint in '

@@ -1,4 +1,4 @@
-"""The progress bar of a run: fitness, generations, evaluations a second, time left."""
+"""Progress bars: of a run (fitness, generations, evaluations a second), and of plain counting."""
 
 from __future__ import annotations
 
@@ -44,3 +44,13 @@ def progress_bar(generations: int, title: str) -> Iterator[Callable[[Progress], 
     finally:
         if shown:
             bar.stop()
+
+
+@contextmanager
+def counting(total: int, title: str) -> Iterator[Callable[[int], None]]:
+    """Show a bar on standard error; yields what to call with how many more are done."""
+    columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
+               TimeElapsedColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=Console(stderr=True), refresh_per_second=4) as bar:
+        task = bar.add_task(title, total=total)
+        yield lambda done: bar.advance(task, done)

@@ -9,6 +9,8 @@ file), statistics.npz (per generation) and summary.json (champion under every wo
 from __future__ import annotations
 
 import json
+import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import asdict, dataclass
@@ -40,6 +42,9 @@ __all__ = ['Progress', 'RunConfig', 'RunConflictError', 'RunResult', 'load_resul
 Array = NDArray[np.float64]
 HISTORY = ('best_fitness', 'median_fitness', 'best_age', 'survivors', 'evaluations')
 CLOCKS = ('total', 'engine', 'evolution', 'checkpoint')
+#: What helps where a finished run's results are damaged.
+REMEDY = (f'delete {rundir.SUMMARY} beside it and start the run again: its results are written '
+          'anew from the checkpoint')
 
 
 @dataclass(frozen=True)
@@ -148,13 +153,21 @@ def load_result(directory: Path | str) -> RunResult:
     if not (path / rundir.SUMMARY).exists():
         raise RunConflictError(f'{path}: holds no finished run; start it again to go on with it')
     summary = _summary(path / rundir.SUMMARY)
-    with np.load(path / rundir.STATISTICS, allow_pickle=False) as file:
-        history = {name: np.array(file[name], dtype=np.float64) for name in HISTORY}
-    return RunResult(
-        RunConfig.from_json(summary['config']),
-        controller_file.load(path / rundir.CHAMPION).network, summary['fitness'],
-        tuple(WordOutcome.from_json(value) for value in summary['outcomes']), history,
-        summary['evaluations'], summary['seconds'])
+    try:
+        with np.load(path / rundir.STATISTICS, allow_pickle=False) as file:
+            history = {name: np.array(file[name], dtype=np.float64) for name in HISTORY}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise _damaged(path / rundir.STATISTICS, error) from None
+    try:
+        return RunResult(
+            RunConfig.from_json(summary['config']),
+            controller_file.load(path / rundir.CHAMPION).network, summary['fitness'],
+            tuple(WordOutcome.from_json(value) for value in summary['outcomes']), history,
+            summary['evaluations'], summary['seconds'])
+    except controller_file.ControllerFileError as error:
+        raise RunConflictError(f'{error}; {REMEDY}') from None
+    except (KeyError, TypeError, ValueError) as error:
+        raise _damaged(path / rundir.SUMMARY, error) from None
 
 
 class _Run:
@@ -259,10 +272,15 @@ def _write_statistics(path: Path, history: Array) -> None:
 def _summary(path: Path) -> dict[str, Any]:
     try:
         summary: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
-        raise RunConflictError(f'{path}: not readable ({error}); delete it and start the run '
-                               'again to write it anew') from None
+        if not isinstance(summary['generations'], int):
+            raise TypeError('generations: expected an integer')
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise _damaged(path, error) from None
     return summary
+
+
+def _damaged(path: Path, error: Exception) -> RunConflictError:
+    return RunConflictError(f'{path}: damaged ({checkpoint.reason(error)}); {REMEDY}')
 
 
 def _vectors(config: RunConfig, vectors: Mapping[str, ArrayLike] | None,

@@ -59,6 +59,7 @@ class RunDirectory:
                                    f'({error.strerror}); choose another') from None
         try:
             self._acquire(self._lock)
+            self._sweep()
             self._check_identity()
         except BaseException:
             self._lock.close()
@@ -82,11 +83,19 @@ class RunDirectory:
         lock.write(str(os.getpid()))
         lock.flush()
 
+    def _sweep(self) -> None:
+        """Delete what a killed process was writing aside: nobody else is at work here now."""
+        for name in (CONFIG, CHECKPOINT, STATISTICS, CHAMPION, SUMMARY):
+            for aside in self.path.glob(f'.{name}.*'):
+                aside.unlink(missing_ok=True)
+
     def _check_identity(self) -> None:
         path = self.path / CONFIG
         if path.exists():
             try:
                 found = json.loads(path.read_text(encoding='utf-8'))
+                if not isinstance(found, dict) or not isinstance(found.get('config'), dict):
+                    raise ValueError("expected a run's configuration")
             except ValueError as error:
                 raise RunConflictError(f'{path}: not readable ({error}); choose another directory '
                                        'or delete this one') from None
@@ -117,7 +126,8 @@ def _differences(found: Any, asked: Any, may_grow: tuple[str, ...], name: str = 
         for key in sorted(set(found) | set(asked)):
             if key not in found or key not in asked:
                 yield f'{key}: it has {found.get(key)!r}, asked {asked.get(key)!r}'
-            elif not (name == 'config' and key in may_grow and found[key] <= asked[key]):
+            elif not (name == 'config' and key in may_grow and isinstance(found[key], int)
+                      and found[key] <= asked[key]):
                 yield from _differences(found[key], asked[key], may_grow, key)
     elif found != asked:
         yield f'{name}: it has {found!r}, asked {asked!r}'

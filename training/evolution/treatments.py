@@ -55,6 +55,8 @@ def draw_words(word_set: str, seed: int) -> tuple[Words, Words]:
         If there is no such word set.
 
     """
+    if seed < 0:
+        raise ValueError(f'seed: expected an integer >= 0, got {seed}')
     if word_set not in WORD_SETS:
         raise ValueError(f'word set: expected one of {", ".join(WORD_SETS)}, got {word_set!r}')
     always, stops = WORD_SETS[word_set]

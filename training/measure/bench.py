@@ -54,6 +54,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the command; return the exit code."""
+    if args.prototype is not None:
+        try:
+            _prototype(args.prototype)
+        except (OSError, AttributeError) as error:
+            print(f'bench: --prototype {args.prototype}: expected a built prototype, got none '
+                  f'({error})', file=sys.stderr)
+            return 2
     names = args.body or list(bodies.names())
     measured = {}
     for name in names:
@@ -66,11 +73,7 @@ def main(args: argparse.Namespace) -> int:
     result: dict[str, Any] = {'bodies': measured, 'two_core_scaling': scaling,
                               'evolve_shares': shares}
     if args.prototype is not None:
-        try:
-            result['prototype'] = against_prototype(args.prototype)
-        except (OSError, AttributeError) as error:
-            print(f'bench: {args.prototype}: not a built prototype ({error})', file=sys.stderr)
-            return 2
+        result['prototype'] = against_prototype(args.prototype)
     if args.profile:
         result['profile'] = engine_profile.profile(bodies.get(usual),
                                                    *_workload(bodies.get(usual)))
@@ -163,7 +166,7 @@ def _priming_share(body: Body) -> float:
 
 def against_prototype(library: Path) -> dict[str, float]:
     """Race the engine against the C++ prototype on the quadruped, both from words already heard."""
-    evaluate = ctypes.CDLL(str(library.resolve())).kin_batch
+    evaluate = _prototype(library)
     body = bodies.get('quadruped')
     network, _words = _workload(body)
     count = CONTROLLERS * WORDS
@@ -181,6 +184,12 @@ def against_prototype(library: Path) -> dict[str, float]:
                    'batched_f32': (count, lambda: engine.evaluate_primed(
                        network, primed, [Start()]))}, 2 * ROUNDS)
     return {**rates, 'ratio': rates['batched_f32'] / rates['cpp']}
+
+
+def _prototype(library: Path) -> Callable[..., object]:
+    """Return the prototype's evaluation (OSError or AttributeError if the file is another)."""
+    evaluate: Callable[..., object] = ctypes.CDLL(str(library.resolve())).kin_batch
+    return evaluate
 
 
 def _workload(body: Body, times: int = 1) -> tuple[Network, Array]:

@@ -1,5 +1,8 @@
 """
-How closely an engine repeats recorded evaluations: `python -m training fidelity --traces FILE.npz`.
+How closely the engines agree with a reference.
+
+  python -m training fidelity --traces FILE.npz     recorded evaluations of the original simulator
+  python -m training fidelity --body physical_twin  PyBullet, in a world with dry friction
 
 Contact is chaotic, so an engine cannot follow a recording for all its 25 s: it agrees when its
 error is no larger than the recording's own after a nudge of 1e-6 m, the noise floor. Per body:
@@ -11,6 +14,19 @@ The bounds are those of the batched engine in double precision: median error at 
 floor's plus 5 mm, rank correlation at least the floor's less 0.05. PyBullet, whose friction is
 another law, is printed beside it without a bound, for a part of the evaluations: it takes seconds
 for what the batched engine does in milliseconds (--engine pybullet repeats all of them).
+
+With --body, PyBullet at the world's own physics steps (1 ms in `earth`) is the reference, and the
+floor is PyBullet against itself from a start raised by 1e-6 m. Two samples of --count evaluations
+each, every one a controller under a word:
+
+  random   new controllers, every weight drawn from N(0, 1), under the study's words in turn;
+  evolved  the controllers that ship for the body, or --controllers: half of the sample as they are
+           under many words, their own first and then the lexicon's, and half copies of them with
+           one synapse redrawn, as evolution makes them, under their own words in turn.
+
+The row `as trained` is the engine as evolution uses it: single precision and, for the twin, physics
+steps of 5 ms. PyBullet needs more than a second for an evaluation of the twin: the default count
+takes about five minutes on one core.
 """
 
 from __future__ import annotations
@@ -27,8 +43,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from training.measure.traces import Traces, TracesError, load
+from training.measure import against_pybullet
+from training.measure.against_pybullet import COUNT
+from training.measure.traces import Traces, load
 from w2b_controller.network import Network, State, step
+from w2b_controller.vocabulary import Vocabulary
 from w2b_sim.engines.interface import Start
 from w2b_sim.rollout import sensor_values, targets_rad
 from w2b_sim.worlds import PAPER
@@ -40,36 +59,109 @@ BESIDE = 48
 MEDIAN_FACTOR, MEDIAN_ALLOWANCE_M, RANK_ALLOWANCE = 2.0, 0.005, 0.05
 
 
+HEAD = (f'{"":24}{"engine":12}{"median error":>24}{"90 %":>18}{"rank corr. of x":>20}'
+        f'{"touch":>8}')
+#: Options that only a comparison with PyBullet has.
+WITH_BODY = ('world', 'controllers', 'count', 'seed', 'processes')
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument('--traces', type=Path, required=True, metavar='FILE.npz',
-                        help='recorded evaluations of the original simulator')
-    parser.add_argument('--engine', choices=ENGINES, default=None,
-                        help='only this one (default: batched, and PyBullet beside it)')
-    parser.add_argument('--json', action='store_true',
-                        help='print JSON, of one engine (default: batched)')
+    add = parser.add_argument
+    add('--traces', type=Path, default=None, metavar='FILE.npz',
+        help='compare with recorded evaluations of the original simulator')
+    add('--engine', choices=ENGINES, default=None,
+        help='only this one (default: batched, and PyBullet beside it)')
+    add('--json', action='store_true', help='print JSON, of one engine (default: batched)')
+    add('--body', default=None, metavar='BODY',
+        help='compare with PyBullet on this registered body; the options below need it')
+    add('--world', default=None, metavar='WORLD',
+        help="a world with dry friction (default: the body's own)")
+    add('--controllers', nargs='+', default=None, metavar='FILE.json',
+        help='evolved controllers, files or shipped names (default: all that ship for the body)')
+    add('--count', type=int, default=None, metavar='N',
+        help=f'evaluations of each sample (default: {COUNT})')
+    add('--seed', type=int, default=None, metavar='N',
+        help='of random controllers and of mutations (default: 0)')
+    add('--processes', type=int, choices=(1, 2), default=None,
+        help='of PyBullet; changes no result (default: 1)')
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; return the exit code."""
+    """Run the command; return the exit code: 0, 2 for an error, 130 if interrupted."""
     try:
-        recorded = load(args.traces)
-    except TracesError as error:
-        print(f'fidelity: {error}', file=sys.stderr)
+        _refuse_contradictions(args)
+        return _against_pybullet(args) if args.traces is None else _against_traces(args)
+    except (ValueError, OSError) as error:
+        print(f'fidelity: {" ".join(str(error).split())}', file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print('fidelity: interrupted; nothing was kept', file=sys.stderr)
+        return 130
+
+
+def _refuse_contradictions(args: argparse.Namespace) -> None:
+    if (args.traces is None) == (args.body is None):
+        raise ValueError('expected either --traces FILE.npz or --body BODY, '
+                         f'got {"neither" if args.body is None else "both"}')
+    given = [f'--{name}' for name in WITH_BODY if getattr(args, name) is not None]
+    if args.traces is not None and given:
+        raise ValueError(f'{given[0]} needs --body: recordings say themselves what was evaluated')
+    if args.body is not None and args.engine == 'pybullet':
+        raise ValueError('with --body PyBullet is the reference: expected --engine batched or no '
+                         '--engine, got --engine pybullet')
+
+
+def _against_pybullet(args: argparse.Namespace) -> int:
+    body, world = against_pybullet.choose(args.body, args.world)
+    count, seed = COUNT if args.count is None else args.count, args.seed or 0
+    for name, value, smallest in (('count', count, 1), ('seed', seed, 0)):
+        if value < smallest:
+            raise ValueError(f'--{name}: expected an integer >= {smallest}, got {value}')
+    vocabulary = Vocabulary.load()
+    controllers = against_pybullet.load_controllers(body, args.controllers, vocabulary)
+    samples = [against_pybullet.random_sample(body, vocabulary, count, seed)]
+    if controllers:
+        samples.append(against_pybullet.evolved_sample(body, controllers, vocabulary, count, seed))
+    else:
+        print(f'fidelity: no controller of {body.name} ships: only random ones are compared; '
+              'give evolved ones with --controllers', file=sys.stderr)
+    if not args.json:
+        print(f'{body.name} in {world.name}, {count} evaluations a row; reference: PyBullet at '
+              f'{1e3 * world.physics_step_s:g} ms')
+        print(HEAD)
+    result = {}
+    for sample in samples:
+        # The batched engine first: it refuses what it does not model, and PyBullet takes minutes.
+        engines = [(how, *against_pybullet.in_batched(body, world, sample, how,
+                                                      args.processes or 1))
+                   for how in against_pybullet.settings(body)[:1 if args.json else None]]
+        reference = against_pybullet.in_pybullet(body, world, sample, args.processes or 1)
+        for how, moved, touch in engines:
+            result[sample.kind] = {
+                **agreement(reference.moved_m, reference.nudged_m, moved, touch),
+                'reference_touch': reference.touch}
+            if not args.json:
+                print(_line(how.name, sample.kind, result[sample.kind]), flush=True)
+    if args.json:
+        print(json.dumps({'world': world.name, 'count': count, 'bodies': {body.name: result}}))
+    return 0
+
+
+def _against_traces(args: argparse.Namespace) -> int:
+    recorded = load(args.traces)
     if args.json:
         engine = args.engine or ENGINES[0]
         print(json.dumps({'bodies': {
             traces.name: compare(traces, *replay(engine, traces)) for traces in recorded}}))
         return 0
-    print(f'{"":24}{"engine":10}{"median error":>24}{"90 %":>20}{"rank corr. of x":>20}'
-          f'{"touch":>8}')
+    print(HEAD)
     for engine in (args.engine,) if args.engine else ENGINES:
         for traces in recorded:
             if engine == 'pybullet' and args.engine is None:
                 traces = sample(traces, BESIDE)
-            print(_line(engine, traces.name, compare(traces, *replay(engine, traces))),
-                  flush=True)
+            measured = compare(traces, *replay(engine, traces))
+            print(_line(engine, traces.name, measured) + _verdict(engine, measured), flush=True)
     return 0
 
 
@@ -132,14 +224,20 @@ def _replay_in_pybullet(traces: Traces, steps: int) -> tuple[Array, float | None
 
 
 def compare(traces: Traces, moved: Array, touch: float | None) -> dict[str, Any]:
-    """
-    Return an engine's agreement with a recording, by the names of the JSON output.
+    """Return an engine's agreement with a recording: see `agreement`."""
+    return agreement(traces.position_m[:, :, -1, :2] - traces.position_m[:, :, 0, :2],
+                     traces.nudged_m[:, :, -1, :2] - traces.nudged_m[:, :, 0, :2], moved, touch)
 
-    A failed evaluation counts as an infinite error; what is not finite, as a correlation over
-    fewer than two evaluations, is None.
+
+def agreement(recorded: Array, nudged: Array, moved: Array, touch: float | None
+              ) -> dict[str, Any]:
     """
-    recorded = traces.position_m[:, :, -1, :2] - traces.position_m[:, :, 0, :2]
-    nudged = traces.nudged_m[:, :, -1, :2] - traces.nudged_m[:, :, 0, :2]
+    Return how closely an engine agrees with a reference, by the names of the JSON output.
+
+    `recorded`, `nudged` and `moved` (..., 2) are the x-y displacements in the reference, in the
+    reference from the nudged start, and in the engine. A failed evaluation counts as an infinite
+    error; what is not finite, as a correlation over fewer than two evaluations, is None.
+    """
     error = np.linalg.norm(moved - recorded, axis=-1)
     error = np.where(np.isnan(error), np.inf, error)
     floor = np.linalg.norm(nudged - recorded, axis=-1)
@@ -180,9 +278,11 @@ def _line(engine: str, name: str, measured: dict[str, Any]) -> str:
               f'(floor {text(measured["floor_median_error_m"], 4)})')
     rank = (f'{text(measured["rank_correlation"], 3)} '
             f'(floor {text(measured["floor_rank_correlation"], 3)})')
-    verdict = ''
-    if engine == 'batched':
-        verdict = '  within bounds' if within_bounds(measured) else '  OUT OF BOUNDS'
-    return (f'{name:24}{engine:10}{median:>24}{text(measured["p90_error_m"], 4, " m"):>20}'
-            f'{rank:>20}{text(measured["touch"], 3):>8}{verdict}')
+    return (f'{name:24}{engine:12}{median:>24}{text(measured["p90_error_m"], 4, " m"):>18}'
+            f'{rank:>20}{text(measured["touch"], 3):>8}')
 
+
+def _verdict(engine: str, measured: dict[str, Any]) -> str:
+    if engine != 'batched':
+        return ''
+    return '  within bounds' if within_bounds(measured) else '  OUT OF BOUNDS'

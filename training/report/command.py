@@ -24,7 +24,7 @@ from training.evolution.checkpoint import write_atomically
 from training.report import tables
 from training.report.content import gather
 from training.report.parts import Content
-from training.study.directory import StudyDirectory, StudyError, read_json
+from training.study.directory import StudyDirectory, StudyError
 from training.study.store import build_store, read_store
 
 DPI = 160
@@ -42,9 +42,7 @@ def main(args: argparse.Namespace) -> int:
     study = StudyDirectory(args.study)
     out = args.out or study.path / 'report'
     try:
-        if not study.study_file.exists():
-            raise StudyError(f'{study.path}: no study here; run `python -m training study` first')
-        about = read_json(study.study_file)
+        about = study.about()
         build_store(study, history_points=about['config']['history_points'])
         content = gather(study, read_store(study), about)
         write_report(content, out)

@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from training.evolution.run import load_result
 from training.evolution.vectors import vectors
 from training.report import behaviour, comparisons, exemplars, figures, figures_priming, tables
 from training.report.comparisons import Panel
@@ -17,7 +18,6 @@ from training.report.robustness import robustness_section
 from training.report.statistics import Tested, compare_all
 from training.study.directory import StudyDirectory, StudyError
 from training.study.store import Tables, parse_run_id
-from w2b_controller import controller_file
 from w2b_sim import bodies
 
 
@@ -145,7 +145,7 @@ def _priming_section(study: StudyDirectory, store: Tables, table: pd.DataFrame,
     for one in chosen:
         row = settings.loc[one.run]
         words = [word for pairs in parse_run_id(one.run).words() for word, _ in pairs]
-        network = controller_file.load(study.run_directory(one.run) / 'champion.json').network
+        network = load_result(study.run_directory(one.run)).network
         shown.append(exemplars.show(
             one.run, network, vectors(vocabulary, words), str(row.engine), str(row.precision)))
     section = Section('Figure 4: how words prime the network, and where they send the body')

@@ -57,6 +57,8 @@ def main(args: argparse.Namespace) -> int:
     try:
         if args.keep < 1:
             raise ValueError(f'keep: expected at least 1, got {args.keep}')
+        if not 0 < args.effort <= 100:
+            raise ValueError(f'effort: expected a factor above 0, got {args.effort}')
         return _champions(args)
     except (ValueError, OSError) as error:
         print(f'champions: {" ".join(str(error).split())}', file=sys.stderr)
@@ -67,8 +69,6 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _champions(args: argparse.Namespace) -> int:
-    if not 0 < args.effort <= 100:
-        raise ValueError(f'effort: expected a factor above 0, got {args.effort}')
     from training.robust import quadruped, twin
 
     seeds = parse_seeds(args.seeds)

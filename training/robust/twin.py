@@ -1,7 +1,7 @@
 """
 The physical twin's champion: ears, walks, choice in PyBullet, blind look.
 
-  python -m training champions --body physical_twin --out out/champions/twin --ears 5 --seeds 0-1
+  python -m training champions --body physical_twin --out out/champions/twin --ears 5 --seeds 0
 
 The twin has no sensors, so what its motors do follows from the word alone: with ears that sort the
 words (module `ears`), random motor weights walk both ways within a few generations. The way from
@@ -35,6 +35,7 @@ from w2b_controller import __version__
 from w2b_controller.network import Network
 from w2b_controller.vocabulary import Vocabulary
 from w2b_sim import bodies
+from w2b_sim.engines.interface import Evaluator
 from w2b_sim.worlds import WORLDS
 
 #: A body length in 10 s is asked for.
@@ -131,6 +132,8 @@ def _candidate(directory: Path, config: RobustConfig, heard: Array, vectors: Map
 def final(directory: Path, network: Network, vectors: Mapping[str, Array], processes: int
           ) -> tuple[gate.Row, ...]:
     """Return the rows of trained and validation words from all starts; what is done is kept."""
+    from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator
+
     kept = directory / 'final.json'
     weights = blind.weights_sha256(network)
     done: dict[str, Any] = {'weights_sha256': weights, 'rows': []}
@@ -138,18 +141,24 @@ def final(directory: Path, network: Network, vectors: Mapping[str, Array], proce
         read = json.loads(kept.read_text(encoding='utf-8'))
         done = read if read['weights_sha256'] == weights else done
     table = list(gate.from_json(done['rows']))
-    for pair in (ROLES.trained + ROLES.validation)[len(table):]:
-        trained = pair in ROLES.trained
-        table += _rows(network, (pair,) if trained else (), () if trained else (pair,), vectors,
-                       gate.STARTS, FINAL_GATE, processes)
-        checkpoint.write_json(kept, {'weights_sha256': weights, 'rows': gate.to_json(table)})
+    left = (ROLES.trained + ROLES.validation)[len(table):]
+    if not left:
+        return tuple(table)
+    with PyBulletEvaluator(bodies.get(BODY), _world(), processes=processes) as evaluator:
+        for pair in left:
+            trained = pair in ROLES.trained
+            table += _rows(network, (pair,) if trained else (), () if trained else (pair,),
+                           vectors, gate.STARTS, FINAL_GATE, processes, evaluator)
+            checkpoint.write_json(kept, {'weights_sha256': weights, 'rows': gate.to_json(table)})
     return tuple(table)
 
 
 def _rows(network: Network, words: Words, validation: Words, vectors: Mapping[str, Array],
-          starts: int, seed: int, processes: int) -> tuple[gate.Row, ...]:
+          starts: int, seed: int, processes: int, evaluator: Evaluator | None = None
+          ) -> tuple[gate.Row, ...]:
     return gate.gate(network, bodies.get(BODY), _world(), words, (), vectors, move_m=MOVE_M,
-                     starts=starts, seed=seed, processes=processes, validation=validation)
+                     starts=starts, seed=seed, processes=processes, evaluator=evaluator,
+                     validation=validation)
 
 
 def _world() -> Any:

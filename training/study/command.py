@@ -78,7 +78,11 @@ def run_command(args: argparse.Namespace, kinds: Sequence[str]) -> int:
 
 def _locked_run(config: StudyConfig, study: StudyDirectory, args: argparse.Namespace,
                 kinds: Sequence[str]) -> Report:
-    study.path.mkdir(parents=True, exist_ok=True)
+    try:
+        study.path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(f'{study.path}: expected a directory for the study, or a place to make '
+                         f'one, got {error.strerror}; choose another --out') from None
     with locked(study.path / '.lock', str(study.path)):
         executor: Executor = (LocalExecutor(perform, args.workers) if args.scheduler is None
                               else DaskExecutor(perform, args.scheduler))

@@ -20,12 +20,19 @@ import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import yaml
-
 from training.evolution.engines import ENGINES, PRECISIONS
 from training.evolution.objectives import OBJECTIVES
 from training.evolution.treatments import TREATMENTS, WORD_SETS, Words, draw_words
-from training.study.fields import ConfigError, choice, choices, count, mapping, require, text
+from training.study.fields import (
+    ConfigError,
+    choice,
+    choices,
+    count,
+    mapping,
+    read_yaml,
+    require,
+    text,
+)
 from w2b_sim import bodies
 
 
@@ -161,11 +168,7 @@ def load_config(path: Path) -> StudyConfig:
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f'{path}: cannot be read as UTF-8 text ({error})') from None
     try:
-        data = yaml.safe_load(content)
-    except yaml.YAMLError as error:
-        raise ConfigError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
-    try:
-        return parse_config(data)
+        return parse_config(read_yaml(content))
     except ConfigError as error:
         raise ConfigError(f'{path}: {error}') from None
 

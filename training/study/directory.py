@@ -51,7 +51,27 @@ class StudyDirectory:
     def summary(self, run_id: str) -> dict[str, Any] | None:
         """Return a finished run's summary, None if the run is not over (StudyError if damaged)."""
         path = self.run_directory(run_id) / 'summary.json'
-        return read_json(path) if path.exists() else None
+        if not path.exists():
+            return None
+        summary = read_json(path)
+        seconds = summary.get('seconds')
+        if not (isinstance(summary.get('generations'), int) and isinstance(seconds, dict)
+                and isinstance(seconds.get('total'), int | float)):
+            # Taken for a run of another length, it would be left out of the results in silence.
+            raise StudyError(f'{path}: damaged (no generations or seconds in it); '
+                             f'{_remedy(path)}')
+        return summary
+
+    def about(self) -> dict[str, Any]:
+        """Return the study's `config` and `identity` (StudyError if there is none, or damaged)."""
+        if not self.study_file.exists():
+            raise StudyError(f'{self.path}: no study here; run `python -m training study` first')
+        about = read_json(self.study_file)
+        for field in ('config', 'identity'):
+            if not isinstance(about.get(field), dict):
+                raise StudyError(f'{self.study_file}: damaged (no {field} in it); '
+                                 f'{_remedy(self.study_file)}')
+        return about
 
     def done(self, run: RunSpec, generations: int) -> bool:
         """Return whether the run has been taken to `generations`."""
@@ -134,15 +154,20 @@ def locked(path: Path, what: str, wait_s: float = 0.0) -> Iterator[None]:
 
 def read_json(path: Path) -> dict[str, Any]:
     """Return the JSON object in `path` (StudyError if it is damaged)."""
-    remedy = ('delete it: every run has its own provenance' if path.name == 'study.json' else
-              f'delete {path.parent} to have that run made again')
     try:
         value = json.loads(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
-        raise StudyError(f'{path}: damaged ({error}); {remedy}') from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise StudyError(f'{path}: damaged ({error}); {_remedy(path)}') from None
     if not isinstance(value, dict):
-        raise StudyError(f'{path}: damaged (expected a JSON object); {remedy}')
+        raise StudyError(f'{path}: damaged (expected a JSON object); {_remedy(path)}')
     return value
+
+
+def _remedy(path: Path) -> str:
+    if path.name == 'study.json':
+        return ('delete it and run the study again, which writes it anew: every run has its own '
+                'provenance')
+    return f'delete {path.parent} and run the study again to have that run made again'
 
 
 def append_line(path: Path, event: str, **values: Any) -> None:
@@ -158,11 +183,14 @@ def append_line(path: Path, event: str, **values: Any) -> None:
 def journal(path: Path) -> list[dict[str, Any]]:
     """Return the events of a journal."""
     events = []
-    for line in path.read_text(encoding='utf-8').splitlines() if path.exists() else ():
+    text = path.read_text(encoding='utf-8', errors='replace') if path.exists() else ''
+    for line in text.splitlines():
         try:
-            events.append(json.loads(line))
-        except ValueError:
+            event = json.loads(line)
+        except (ValueError, RecursionError):
             continue
+        if isinstance(event, dict):
+            events.append(event)
     return events
 
 

@@ -172,6 +172,10 @@ class DaskExecutor:
         # Its traces of a lost connection would bury the one line that says what to do.
         logging.getLogger('distributed').setLevel(logging.CRITICAL)
         where = {'scheduler_file': address} if address.endswith('.json') else {'address': address}
+        if 'scheduler_file' in where and not os.path.isfile(address):
+            # Dask would wait for the file, for ever and without a word.
+            raise ExecutorError(f'--scheduler {address}: no such file; `dask scheduler '
+                                f'--scheduler-file {address}` writes it when it is up')
         try:
             self._client = Client(**where, timeout=timeout_s)
         except (OSError, ValueError, TimeoutError) as error:

@@ -12,9 +12,42 @@ from dataclasses import fields
 from difflib import get_close_matches
 from typing import Any
 
+import yaml
+
+#: No count of anything in a study is larger; without a bound a slip of the finger hangs.
+MOST = 1_000_000
+
 
 class ConfigError(ValueError):
     """A configuration that cannot be run; the message says where and what to write."""
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML in which a key that stands twice is an error, as YAML itself demands."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Return the mapping (yaml.YAMLError if a key stands twice)."""
+        seen = set()
+        for key, _value in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                if key.value in seen:
+                    raise yaml.constructor.ConstructorError(
+                        None, None, f'the key {key.value!r} stands twice', key.start_mark)
+                seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+def read_yaml(content: str) -> object:
+    """Return the plain data of a YAML text (ConfigError if it is none, or a key stands twice)."""
+    try:
+        return yaml.load(content, _Loader)
+    except yaml.YAMLError as error:
+        raise ConfigError(f'not valid YAML: {" ".join(str(error).split())}') from None
+    except RecursionError:
+        raise ConfigError('not valid YAML: nested too deeply') from None
+    except (ValueError, OverflowError) as error:
+        # Dates that do not exist, numbers of thousands of digits.
+        raise ConfigError(f'not valid YAML: {error}') from None
 
 
 def mapping(data: object, where: str, kind: type) -> Mapping[str, Any]:
@@ -43,9 +76,11 @@ def text(value: object, where: str) -> str:
 
 
 def count(value: object, where: str, least: int = 1) -> int:
-    """Return `value` if it is a whole number of at least `least`."""
+    """Return `value` if it is a whole number from `least` to `MOST`."""
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise ConfigError(f'{where}: expected a whole number of at least {least}, got {value!r}')
+    if value > MOST:
+        raise ConfigError(f'{where}: expected a whole number of at most {MOST:,}, got {value:,}')
     return value
 
 

@@ -10,10 +10,8 @@ from __future__ import annotations
 from hashlib import sha256
 from pathlib import Path
 
-import yaml
-
 from training.evolution.treatments import WORD_SETS
-from training.study.fields import ConfigError
+from training.study.fields import ConfigError, read_yaml
 
 PATH = Path(__file__).parent / 'lexicon.yaml'
 CLASSES = ('forward', 'backward', 'stop', 'unrelated')
@@ -31,8 +29,8 @@ def load_lexicon(path: Path = PATH) -> dict[str, tuple[str, ...]]:
 
     """
     try:
-        data = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        data = read_yaml(path.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError, ConfigError) as error:
         raise ConfigError(f'{path}: cannot be read: {" ".join(str(error).split())}') from None
     classes = data.get('words') if isinstance(data, dict) else None
     if not isinstance(classes, dict) or set(classes) != set(CLASSES):

@@ -9,6 +9,7 @@ with pandas (`pandas.read_parquet('store/outcomes.parquet')`), DuckDB, or `read_
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Iterable
 from hashlib import sha256
 from io import BytesIO
@@ -20,7 +21,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from training.evolution.checkpoint import write_atomically
+from training.evolution.checkpoint import reason, write_atomically
 from training.study.config import RunSpec
 from training.study.directory import StudyDirectory, StudyError, journal, read_json
 from training.study.provenance import differences
@@ -45,7 +46,7 @@ def build_store(study: StudyDirectory, *, history_points: int = 200) -> int:
         silently, and nothing mixed in.
 
     """
-    identity = read_json(study.study_file)['identity']
+    identity = study.about()['identity']
     rows: Rows = {table: [] for table in TABLES}
     digest = sha256()
     count = 0
@@ -61,9 +62,10 @@ def build_store(study: StudyDirectory, *, history_points: int = 200) -> int:
         try:
             _add_run(rows, parse_run_id(directory.name), directory, summary, provenance,
                      history_points)
-        except (KeyError, TypeError, ValueError, OSError, zipfile.BadZipFile) as error:
-            raise StudyError(f'{directory}: damaged ({type(error).__name__}: {error}); delete it '
-                             'to have that run made again') from None
+        except (KeyError, TypeError, ValueError, IndexError, OSError, EOFError,
+                zipfile.BadZipFile, zlib.error) as error:
+            raise StudyError(f'{directory}: damaged ({reason(error)}); delete it and run the '
+                             'study again to have that run made again') from None
         for name in ('summary.json', 'rescored.json'):
             if (directory / name).exists():
                 digest.update((directory / name).read_bytes())

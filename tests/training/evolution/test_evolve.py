@@ -90,7 +90,11 @@ def test_killed_runs_on_two_processes_end_in_the_same_champion(unbroken, tmp_pat
     (['--held-out', 'halt=stop'], '--held-out needs --words'),
     (['--generations', '0'], 'generations: expected an integer >= 1, got 0'),
     (['--threads', '0'], 'threads: expected at least 1, got 0'),
-    (['--checkpoint-seconds', '0'], 'checkpoint interval: expected a positive number'),
+    (['--checkpoint-seconds', '0'], '--checkpoint-seconds: expected a number above 0, got 0'),
+    (['--checkpoint-seconds', 'nan'], '--checkpoint-seconds: expected a number above 0, got nan'),
+    (['--checkpoint-generations', '0'], '--checkpoint-generations: expected an integer >= 1'),
+    (['--seed', '-1'], 'seed: expected an integer >= 0, got -1'),
+    (['--generations', '1000000000000'], 'does not fit into memory'),
     (['--engine', 'pybullet', '--precision', 'float64'], 'always computes in double'),
     (['--words', 'fforward=forward,stop=stop'], 'fforward'),
     (['--vocabulary', '/nowhere.bin'], '/nowhere.bin'),
@@ -102,6 +106,29 @@ def test_bad_options_are_one_line_errors(options, message, tmp_path, capsys):
     assert errors.startswith('evolve: ')
     assert errors.count('\n') == 1
     assert re.search(message, errors), errors
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='only root can mount a small file system')
+def test_a_full_disk_is_said_in_one_line_and_loses_nothing(tmp_path, capsys):
+    disk = tmp_path / 'disk'
+    disk.mkdir()
+    if subprocess.run(['mount', '-t', 'tmpfs', '-o', 'size=32k', 'tmpfs', disk], check=False,
+                      capture_output=True).returncode:
+        pytest.skip('no small file system can be mounted here')
+    options = ['evolve', '--body', 'spherical_1dof_blind', '--generations', '60', '--population',
+               '20', '--checkpoint-generations', '5']
+    try:
+        assert main([*options, '--out', str(disk / 'run')]) == 2
+        last = capsys.readouterr().err.splitlines()[-1]
+        assert f'{disk / "run"}: cannot be written or read (No space left on device)' in last
+        assert 'give the same command again' in last
+        subprocess.run(['mount', '-o', 'remount,size=4m', disk], check=True)
+        assert main([*options, '--out', str(disk / 'run')]) == 0
+        champion = (disk / 'run' / 'champion.json').read_bytes()
+    finally:
+        subprocess.run(['umount', '--lazy', disk], check=True)
+    assert main([*options, '--out', str(tmp_path / 'whole')]) == 0
+    assert champion == (tmp_path / 'whole' / 'champion.json').read_bytes()
 
 
 def test_contradicting_options_are_refused(unbroken, capsys):

@@ -147,6 +147,41 @@ def test_a_damaged_checkpoint_is_refused(tmp_path, damage):
     assert '\n' not in str(caught.value)
 
 
+@pytest.mark.parametrize(('file', 'content'), [
+    ('summary.json', b''), ('summary.json', b'[]'), ('summary.json', b'{}'),
+    ('summary.json', b'{"generations": 30}'), ('champion.json', b'{}'), ('champion.json', b'\xff'),
+    ('statistics.npz', b''), ('statistics.npz', b'text'), ('statistics.npz', b'PK\x03\x04')])
+def test_damaged_results_are_named_and_made_anew(tmp_path, file, content):
+    go(CONFIG, tmp_path)
+    kept = champion_bytes(tmp_path)
+    (tmp_path / file).write_bytes(content)
+    with pytest.raises(RunConflictError, match=r'delete summary\.json beside it') as caught:
+        go(CONFIG, tmp_path)
+    assert str(tmp_path / file) in str(caught.value)
+    assert '\n' not in str(caught.value)
+    assert 'pickle' not in str(caught.value), 'no hint at a way that is none'
+    (tmp_path / 'summary.json').unlink()
+    go(CONFIG, tmp_path)
+    assert champion_bytes(tmp_path) == kept
+
+
+@pytest.mark.parametrize('content', [b'', b'[]', b'{}', b'{"config": 3}', b'\xff'])
+def test_a_damaged_configuration_is_refused(tmp_path, content):
+    go(CONFIG, tmp_path)
+    (tmp_path / 'config.json').write_bytes(content)
+    with pytest.raises(RunConflictError, match=r'config\.json: not readable') as caught:
+        go(CONFIG, tmp_path)
+    assert len(str(caught.value)) < 300 + len(str(tmp_path))
+
+
+def test_what_a_kill_left_half_written_is_swept_away(tmp_path):
+    go(CONFIG, tmp_path)
+    for name in ('.checkpoint.npz.123', '.summary.json.7', '.champion.json.x1y2'):
+        (tmp_path / name).write_bytes(b'half')
+    go(CONFIG, tmp_path)
+    assert {path.name for path in tmp_path.iterdir() if path.name.startswith('.')} == {'.lock'}
+
+
 def test_a_directory_that_cannot_be_made(tmp_path):
     (tmp_path / 'file').write_text('x')
     with pytest.raises(RunConflictError, match='cannot be used as a run directory'):

@@ -28,11 +28,11 @@ def test_the_json_has_every_figure(monkeypatch, capsys):
 
 def test_a_prototype_that_is_not_one_is_a_one_line_error(tmp_path, capsys, monkeypatch):
     for name in ('measure', 'two_core_scaling', 'evolve_shares'):
-        monkeypatch.setattr(bench, name, lambda body: {})
+        monkeypatch.setattr(bench, name, lambda body: pytest.fail('measured before it was looked'))
     library = tmp_path / 'prototype.so'
     library.write_text('not a library')
     parser = argparse.ArgumentParser()
     bench.add_arguments(parser)
     args = parser.parse_args(['--json', '--body', 'quadruped', '--prototype', str(library)])
     assert bench.main(args) == 2
-    assert 'not a built prototype' in capsys.readouterr().err
+    assert 'expected a built prototype' in capsys.readouterr().err

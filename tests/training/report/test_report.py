@@ -103,6 +103,17 @@ def test_a_study_without_runs_is_an_error(
     assert 'no study here' in capsys.readouterr().err
 
 
+@pytest.mark.parametrize('content', [b'', b'[]', b'{}', b'{"config": {}}'])
+def test_a_damaged_study_file_is_an_error(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes) -> None:
+    (tmp_path / 'study.json').write_bytes(content)
+    assert main_command('report', tmp_path) == 2
+    error = capsys.readouterr().err
+    assert 'study.json: damaged' in error
+    assert 'delete it and run the study again' in error
+    assert error.count('\n') == 1
+
+
 def test_table_1_is_the_papers_to_two_decimals() -> None:
     table, largest = report_tables.table_1(vectors('default', COMMANDS))
     assert largest < 0.005

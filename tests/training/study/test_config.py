@@ -82,6 +82,8 @@ def test_a_runs_name_says_what_it_is(word_set: str, body: str, treatment: str, s
 
 @pytest.mark.parametrize(('changes', 'message'), [
     ({'generations': 0}, 'generations: expected a whole number of at least 1, got 0'),
+    ({'generations': 10**9}, 'generations: expected a whole number of at most 1,000,000'),
+    ({'experiments': [{**EXPERIMENT, 'seeds': 10**12}]}, 'seeds: expected a whole number of at'),
     ({'generations': 1.5}, 'generations: expected a whole number'),
     ({'generations': True}, 'generations: expected a whole number'),
     ({'population': 1}, 'population: expected a whole number of at least 2'),
@@ -116,7 +118,11 @@ def test_a_wrong_configuration_is_refused_with_the_field(
 @pytest.mark.parametrize(('content', 'message'), [
     (b'name: [', 'not valid YAML'), (b'\xff\xfe\x00', 'cannot be read as UTF-8'),
     (b'', 'expected a mapping'), (b'- 1', 'expected a mapping'),
-    (b'!!python/object/apply:os.getcwd []', 'not valid YAML')])
+    (b'!!python/object/apply:os.getcwd []', 'not valid YAML'),
+    (b'name: 2020-13-45', 'not valid YAML: month must be in 1..12'),
+    (b'seeds: ' + b'9' * 5000, 'not valid YAML'), (b'[' * 5000, 'nested too deeply'),
+    (b'name: a\ngenerations: 5\ngenerations: 6\n', "the key 'generations' stands twice"),
+    (b'experiments: [{seeds: 1, seeds: 2}]', "the key 'seeds' stands twice")])
 def test_a_file_that_is_no_study_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / 'study.yaml'
     path.write_bytes(content)

@@ -102,6 +102,11 @@ def test_no_scheduler_is_a_clear_error() -> None:
         DaskExecutor(perform, 'tcp://127.0.0.1:9', timeout_s=1.0)
 
 
+def test_a_missing_scheduler_file_is_a_clear_error_and_not_waited_for(tmp_path: Path) -> None:
+    with pytest.raises(ExecutorError, match='no such file; `dask scheduler --scheduler-file'):
+        DaskExecutor(perform, str(tmp_path / 'scheduler.json'))
+
+
 def test_dask_finishes_every_task_though_a_worker_process_is_killed(tmp_path: Path) -> None:
     from distributed import LocalCluster
 

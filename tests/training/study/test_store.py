@@ -110,11 +110,14 @@ def test_tables_of_different_makings_are_not_mixed(study: StudyDirectory) -> Non
         path.write_bytes(kept)
 
 
-@pytest.mark.parametrize('file', ['statistics.npz', 'provenance.json', 'rescored.json'])
-def test_a_damaged_run_is_named(study: StudyDirectory, file: str) -> None:
+@pytest.mark.parametrize(('file', 'content'), [
+    ('statistics.npz', b'text'), ('statistics.npz', b''), ('statistics.npz', b'PK\x03\x04'),
+    ('provenance.json', b'{"settings": '), ('rescored.json', b'{"settings": '),
+    ('rescored.json', b'{}'), ('summary.json', b'{}'), ('summary.json', b'{"generations": 6}')])
+def test_a_damaged_run_is_named(study: StudyDirectory, file: str, content: bytes) -> None:
     path = sorted(study.runs.iterdir())[0] / file
     kept = path.read_bytes()
-    path.write_bytes(b'{"settings": ')
+    path.write_bytes(content)
     try:
         with pytest.raises(StudyError, match=path.parent.name) as refused:
             build_store(study)

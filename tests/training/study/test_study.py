@@ -28,6 +28,7 @@ from training.study.config import parse_config
 from training.study.directory import (
     StudyDirectory,
     StudyError,
+    append_line,
     completions,
     journal,
     locked,
@@ -154,6 +155,16 @@ def test_killed_and_started_again_nothing_is_lost_or_done_twice(tmp_path: Path) 
     assert max(started) > 1, 'the kills came too late to test anything'
 
 
+def test_damaged_lines_of_a_journal_are_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / 'journal.jsonl'
+    append_line(path, 'started')
+    with path.open('ab') as file:
+        file.write(b'[]\n3\n\xff\xfe\n{"event": "comple')
+    append_line(path, 'completed')
+    assert [event['event'] for event in journal(path)] == ['started', 'completed']
+    assert journal(tmp_path / 'none') == []
+
+
 def test_a_damaged_checkpoint_fails_that_run_only(tmp_path: Path) -> None:
     run_inline(plain(), tmp_path)
     bad = sorted((tmp_path / 'runs').iterdir())[0]
@@ -240,6 +251,15 @@ def test_what_cannot_be_is_refused_in_one_line(
     assert message in error
     assert error.count('\n') == 1
     assert not list((tmp_path / 'study').glob('runs/*')), 'nothing was begun'
+
+
+def test_a_place_that_is_no_directory_is_refused(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write(tmp_path / 'study.yaml', plain())
+    assert main_command('study', file, '--out', file) == 2
+    error = capsys.readouterr().err
+    assert 'expected a directory for the study' in error
+    assert 'choose another --out' in error
 
 
 def test_a_word_outside_the_vocabulary_is_refused(tmp_path: Path) -> None:

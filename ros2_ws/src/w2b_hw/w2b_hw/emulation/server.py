@@ -35,10 +35,13 @@ class ChipServer:
         self._held = False
         self._lock = threading.Lock()
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        Path(path).unlink(missing_ok=True)
-        self._socket.bind(path)
-        os.chmod(path, 0o600)
+        # Whoever sees the socket can connect to it: it gets its name when it listens.
+        aside = f'{path}~'
+        Path(aside).unlink(missing_ok=True)
+        self._socket.bind(aside)
+        os.chmod(aside, 0o600)
         self._socket.listen()
+        os.replace(aside, path)
 
     def serve(self) -> None:
         """Answer clients until the process ends."""

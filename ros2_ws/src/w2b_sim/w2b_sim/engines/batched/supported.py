@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from math import hypot
+from collections.abc import Callable, Iterator
+from math import hypot, isfinite
 
-from w2b_sim.bodies.model import Body, Box, Capsule, Servo, Sphere
+from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link, Servo, Shape, Sphere
 
 #: Kinds of sensors, as the kernel numbers them.
 TOUCH, POSITION, MOTOR = range(3)
@@ -20,6 +21,10 @@ def refuse_what_is_not_modelled(body: Body) -> None:
     def refuse(reason: str) -> None:
         raise UnsupportedBodyError(f'{body.name}: the batched engine does not model {reason}')
 
+    if not body.links or not body.joints:
+        refuse('a body without links or without joints')
+    if body.hidden_neurons < 1:
+        refuse(f'{body.hidden_neurons} hidden neurons')
     names = [link.name for link in body.links]
     placed = {names[0]}
     if len(set(names)) != len(names):
@@ -44,8 +49,68 @@ def refuse_what_is_not_modelled(body: Body) -> None:
         placed.add(joint.child)
     if loose := set(names) - placed:
         refuse(f'links that no joint holds: {", ".join(sorted(loose))}')
+    for what, value, allowed in _quantities(body):
+        if not allowed(value):
+            refuse(f'{what} of {value}')
     joints = {joint.name for joint in body.joints}
+    if len(joints) != len(body.joints):
+        refuse('joints of the same name')
+    if len(set(body.sensors)) != len(body.sensors):
+        refuse('the same sensor twice')
     for sensor in body.sensors:
         kind, _colon, source = sensor.partition(':')
         if kind not in SENSOR_KINDS or source not in (names if kind == 'touch' else joints):
             refuse(f'the sensor {sensor!r}')
+
+
+def _positive(value: float) -> bool:
+    return isfinite(value) and value > 0
+
+
+def _at_least_0(value: float) -> bool:
+    return isfinite(value) and value >= 0
+
+
+def _not_negative(value: float) -> bool:
+    """Infinity is no limit; NaN is nothing."""
+    return value >= 0
+
+
+def _quantities(body: Body) -> Iterator[tuple[str, float, Callable[[float], bool]]]:
+    """Yield what a body's numbers are, the numbers, and what they must be."""
+    yield 'a start height', body.height_m, isfinite
+    for link in body.links:
+        yield from _of_link(link)
+    for joint in body.joints:
+        yield from _of_joint(joint)
+
+
+def _of_link(link: Link) -> Iterator[tuple[str, float, Callable[[float], bool]]]:
+    yield f'a mass of link {link.name}', link.mass_kg, _positive
+    for value in (*link.centre_m, *(link.inertia_axis or ())):
+        yield f'a centre or axis of link {link.name}', value, isfinite
+    for value, allowed in _sizes(link.shape):
+        yield f'a size of link {link.name}', value, allowed
+
+
+def _sizes(shape: Shape) -> Iterator[tuple[float, Callable[[float], bool]]]:
+    if isinstance(shape, Box):
+        yield from ((edge_m, _positive) for edge_m in shape.size_m)
+        return
+    yield shape.radius_m, _positive
+    if isinstance(shape, Capsule):
+        yield shape.length_m, _at_least_0
+        yield hypot(*shape.axis), _positive
+
+
+def _of_joint(joint: Joint) -> Iterator[tuple[str, float, Callable[[float], bool]]]:
+    for value in (*joint.origin_m, *joint.axis):
+        yield f'a place or axis of joint {joint.name}', value, isfinite
+    for value in (joint.lower_rad, joint.upper_rad):
+        yield f'a limit of joint {joint.name}', value, isfinite
+    servo = joint.servo
+    yield f'a time constant of joint {joint.name}', joint.time_constant, _positive
+    yield f'a servo gain of joint {joint.name}', servo.gain_per_s, _at_least_0
+    yield f'a servo speed of joint {joint.name}', servo.max_speed_up_rad_s, _not_negative
+    yield f'a servo speed of joint {joint.name}', servo.max_speed_down_rad_s, _not_negative
+    yield f'a servo torque of joint {joint.name}', servo.max_torque_nm, _not_negative
