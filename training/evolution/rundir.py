@@ -94,7 +94,9 @@ class RunDirectory:
         if path.exists():
             try:
                 found = json.loads(path.read_text(encoding='utf-8'))
-                if not isinstance(found, dict) or not isinstance(found.get('config'), dict):
+                parts = [key for key, part in self.identity.items() if isinstance(part, dict)]
+                if not isinstance(found, dict) or not all(
+                        isinstance(found.get(key), dict) for key in parts):
                     raise ValueError("expected a run's configuration")
             except ValueError as error:
                 raise RunConflictError(f'{path}: not readable ({error}); choose another directory '

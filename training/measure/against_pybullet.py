@@ -150,10 +150,11 @@ def evolved_sample(body: Body, controllers: Sequence[controller_file.Controller]
 
 def settings(body: Body) -> tuple[Settings, ...]:
     """Return how the batched engine is tried: precisely, and as evolution uses it."""
-    from training.robust.champions import PHYSICS_STEPS
+    from training.robust import twin
 
     return (Settings('batched', 'double'),
-            Settings('as trained', 'single', PHYSICS_STEPS.get(body.name)))
+            Settings('as trained', 'single',
+                     twin.PHYSICS_STEPS if body.name == twin.BODY else None))
 
 
 def in_batched(body: Body, world: World, sample: Sample, how: Settings, threads: int = 1

@@ -83,7 +83,8 @@ class BatchedEngine:
         See `tables.compile_body`.
     physics_steps
         In a control period instead of the world's: fewer for speed. For the physical twin, 10
-        (5 ms) agree with PyBullet's 50 nearly as well.
+        (5 ms) rank evolved controllers as PyBullet does with a correlation of 0.8 to 0.9, the
+        world's 50 with 0.94.
     sweeps
         Of the solve's stages; None for the precision's own.
     lanes
