@@ -50,7 +50,7 @@ def bars(table: pd.DataFrame, tested: Sequence[Tested], shown: Sequence[Panel]) 
                                                     ('stop', 'trained stop commands'),
                                                     ('test', 'the unheard stop word'))]
     style.legend(figure, handles + list(style.treatment_patches()), spare,
-                 columns=5 if len(shown) > 2 else 2)
+                 columns=3 if len(shown) > 2 else 2)
     return figure
 
 
@@ -78,8 +78,10 @@ def _bar_panel(axes: Axes, table: pd.DataFrame, index: Index, panel: Panel) -> N
         axes.text(place, -0.12, GROUP_NAMES[group], transform=axes.get_xaxis_transform(),
                   ha='center', va='top', fontweight='bold')
     axes.set_ylim(0, _brackets(axes, index, title(*panel), top))
-    axes.text(1.0, 1.0, ', '.join(f'{counts[name]} {LETTERS[name]}' for name in TREATMENTS),
-              transform=axes.transAxes, ha='right', va='bottom', fontsize=6, color=GREY)
+    axes.text(1.0, 0.5, 'runs: ' + ', '.join(f'{counts[name]} {LETTERS[name]}'
+                                             for name in TREATMENTS),
+              transform=axes.transAxes, ha='left', va='center', rotation=270, fontsize=5.5,
+              color=GREY)
 
 
 #: Question -> ends of its bracket, from left to right on the axis.
@@ -126,7 +128,7 @@ def fitness(history: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
 
     Dashed lines: the medians of the paper's Table III, after its 6,000 generations.
     """
-    figure, panels, spare = style.panel_grid(shown, columns=4, height_in=1.65)
+    figure, panels, spare = style.panel_grid(shown, columns=3, height_in=1.45)
     for axes, panel in zip(panels, shown, strict=True):
         for treatment in TREATMENTS:
             runs = select(history, panel, treatment)
@@ -148,9 +150,10 @@ def fitness(history: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
         axes.set_ylabel('fitness of the best (m)')
     for axes in style.lowest(panels):
         axes.set_xlabel('generation')
-    solid, dashed = ([Line2D([], [], color=TREATMENT_COLOURS[name], dashes=dashes,
-                             label=prefix + style.NAMES[name]) for name in TREATMENTS]
-                     for prefix, dashes in (('', (1, 0)), ('paper: ', (3, 1.5))))
+    solid = [Line2D([], [], color=TREATMENT_COLOURS[name], label=style.NAMES[name])
+             for name in TREATMENTS]
+    dashed = [Line2D([], [], color=TREATMENT_COLOURS[name], linestyle='--',
+                     label=f'paper: {style.NAMES[name]}') for name in TREATMENTS]
     style.legend(figure, solid + dashed, spare)
     return figure
 
@@ -180,8 +183,8 @@ def effects(tested: Sequence[Tested], shown: Sequence[Panel]) -> Figure:
     axes.axvline(0, color=style.LIGHT, linewidth=0.8, zorder=0)
     axes.set_yticks(range(len(shown)), [title(*panel) for panel in shown])
     axes.set(xlim=(-1.03, 1.03), ylim=(len(shown) - 0.5, -0.5), xlabel=(
-        'rank-biserial correlation, unheard stop word: '
-        '−1 all word2vec champions move less than all control ones, +1 all move more'))
+        'rank-biserial correlation of displacement under the unheard stop word\n'
+        '(−1: all word2vec champions move less than all control champions; +1: all move more)'))
     present = set(axes.get_legend_handles_labels()[1])
     handles: list[Artist] = [Line2D([], [], color=colour, marker=mark, markersize=4.2,
                                     label=condition)

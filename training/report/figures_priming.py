@@ -51,7 +51,7 @@ def priming(exemplars: Sequence[Exemplar], shown: Sequence[Shown], *, length_m: 
                             fontweight='bold' if unheard else 'normal',
                             color=_colours(one.words)[word])
         grid[0][column].set_title(f'{style.LETTERS[column]}  {_wrapped(exemplar)}', loc='left',
-                                  fontsize=6.5)
+                                  fontsize=6)
         _trajectories(grid[words][column], one, length_m)
     if image is not None:
         bar = figure.colorbar(image, ax=grid[:words, :], location='right', shrink=0.7, aspect=30,
@@ -96,4 +96,4 @@ def _colours(words: Sequence[str]) -> dict[str, str]:
 
 def _wrapped(exemplar: Exemplar) -> str:
     note = '' if exemplar.met else ' (no such champion: the fittest other one is shown)'
-    return '\n'.join(wrap(exemplar.kind + note, 44))
+    return '\n'.join(wrap(exemplar.kind + note, 40))

@@ -22,7 +22,7 @@ from training.report.style import COLOURS, TREATMENT_COLOURS
 QUESTIONS = ('forward', 'backward', 'stop', 'held out')
 #: Condition in the store -> how figures and tables call it, and its colour.
 CONDITIONS = {'as evolved': 'as evolved', 'perturbed': 'perturbed starts', 'pybullet': 'PyBullet'}
-SHADES = {'as evolved': '#3c3c3c', 'perturbed': '#56b4e9', 'pybullet': '#d55e00'}
+SHADES = {'as evolved': '#8a8a8a', 'perturbed': '#56b4e9', 'pybullet': '#d55e00'}
 #: Bars of one treatment stand this far from their group's middle.
 SIDE = {'control': -0.22, 'experimental': 0.22}
 
@@ -49,7 +49,7 @@ def conditions(rates: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
     for axes in style.left_most(panels):
         axes.set_ylabel('rate of right behaviour')
     handles = [Patch(facecolor=SHADES[name], label=CONDITIONS[name]) for name in present]
-    style.legend(figure, handles + style.treatment_patches(), spare, columns=5)
+    style.legend(figure, handles + style.treatment_patches(), spare, columns=3)
     return figure
 
 
@@ -95,7 +95,7 @@ def by_cosine(shares: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
     `shares` as `behaviour.by_cosine` returns it. Lines: mean over champions, at the mean cosine of
     a bin's words; whiskers: bootstrapped 95% confidence interval of the mean.
     """
-    figure, panels, spare = style.panel_grid(shown, columns=4, height_in=1.6)
+    figure, panels, spare = style.panel_grid(shown, columns=3, height_in=1.5)
     for axes, panel in zip(panels, shown, strict=True):
         for treatment, shift in (('control', -0.006), ('experimental', 0.006)):
             rows = select(shares, panel, treatment)
@@ -112,7 +112,7 @@ def by_cosine(shares: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
     for axes in style.left_most(panels):
         axes.set_ylabel('share of words that stop')
     for axes in style.lowest(panels):
-        axes.set_xlabel('cosine to the nearest\nstop command')
+        axes.set_xlabel('cosine to the nearest stop command')
     handles: list[Artist] = [Line2D([], [], color=TREATMENT_COLOURS[name], marker='o',
                                     markersize=2.5, label=style.NAMES[name],
                                     linestyle='--' if name == 'control' else '-')
