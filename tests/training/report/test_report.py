@@ -75,7 +75,8 @@ def test_the_page_needs_nothing_beside_it(reported: Path) -> None:
         assert fact in text, fact
     assert 'http' not in re.sub(r'data:image/png;base64,[^"]*', '', text)
     for heading in ('What replicates', 'Beyond the paper', 'What differs from the paper',
-                    'Figure 4', 'Figures 5 and 6', 'Table III', 'Tables I and II', 'elsewhere', 'All comparisons', 'Time'):
+                    'Figure 4', 'Figures 5 and 6', 'Table III', 'Tables I and II',
+                    'elsewhere', 'All comparisons', 'Time'):
         assert any(heading in found for found in page.headings), heading
     assert 'nan' not in re.sub(r'data:image/png;base64,[^"]*', '', text).lower().split()
 
