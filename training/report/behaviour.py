@@ -23,7 +23,8 @@ KEYS = ['run', 'word_set', 'body', 'treatment']
 
 def _judged(rows: pd.DataFrame, asked: pd.Series, thresholds: dict[str, float]) -> pd.Series:
     return right(asked, rows.final_x_m.astype(float), rows.displacement_m.astype(float),
-                 rows.largest_step_m.astype(float), rows.body.map(thresholds)).astype(float)
+                 rows.largest_step_m.astype(float),
+                 rows.body.map(thresholds).astype(float)).astype(float)
 
 
 def own_words(outcomes: pd.DataFrame, robustness: pd.DataFrame,
