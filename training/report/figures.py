@@ -184,7 +184,7 @@ def effects(tested: Sequence[Tested], shown: Sequence[Panel]) -> Figure:
     axes.set_yticks(range(len(shown)), [title(*panel) for panel in shown])
     axes.set(xlim=(-1.03, 1.03), ylim=(len(shown) - 0.5, -0.5), xlabel=(
         'rank-biserial correlation of displacement under the unheard stop word\n'
-        '(−1: all word2vec champions move less than all control champions; +1: all move more)'))
+        '← word2vec champions move less          word2vec champions move more →'))
     present = set(axes.get_legend_handles_labels()[1])
     handles: list[Artist] = [Line2D([], [], color=colour, marker=mark, markersize=4.2,
                                     label=condition)
