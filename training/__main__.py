@@ -19,6 +19,7 @@ COMMANDS = {
     'champions': ('training.robust.champions', 'evolve robust controllers, gate them in PyBullet'),
     'ablation': ('training.robust.ablation',
                  'how robustness grows with each means of the robust mode'),
+    'rest': ('training.robust.rest', 'under how many of all words a controller rests'),
     'study': ('training.study.command', 'the whole study of the paper, or a part of it'),
     'report': ('training.report.command', "a study's tables and figures as one HTML file"),
     'robustness': ('training.study.robustness', "re-score a study's champions elsewhere"),

@@ -8,18 +8,23 @@ of the stop words by chance. *Selectivity* is the difference of the two.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 
 from training.report.comparisons import right
 
 BEHAVIOURS = ('forward', 'backward', 'stop')
+#: Edges between bins of cosines to the nearest stop command.
+BINS = (0.1, 0.2, 0.3, 0.5)
 KEYS = ['run', 'word_set', 'body', 'treatment']
 
 
 def _judged(rows: pd.DataFrame, asked: pd.Series, thresholds: dict[str, float]) -> pd.Series:
     return right(asked, rows.final_x_m.astype(float), rows.displacement_m.astype(float),
-                 rows.largest_step_m.astype(float), rows.body.map(thresholds)).astype(float)
+                 rows.largest_step_m.astype(float),
+                 rows.body.map(thresholds).astype(float)).astype(float)
 
 
 def own_words(outcomes: pd.DataFrame, robustness: pd.DataFrame,
@@ -64,15 +69,35 @@ def selectivity(rates: pd.DataFrame) -> pd.DataFrame:
     return stop.assign(selectivity=stop.synonyms - stop.unrelated)[[*KEYS, 'selectivity']]
 
 
-def by_word(robustness: pd.DataFrame, thresholds: dict[str, float]) -> pd.DataFrame:
+def by_cosine(robustness: pd.DataFrame, thresholds: dict[str, float],
+              nearest: Mapping[str, float]) -> pd.DataFrame:
     """
-    Return how the champions of each body and treatment act under each word of the lexicon.
+    Return how much of the lexicon stops each champion, by the words' nearness to stop commands.
 
-    Columns forward, backward, stop: the share of champions that show the behaviour.
+    One row a run and bin of words (`BINS`): `cosine`, the mean of its words' largest cosines to a
+    stop command, as `nearest` gives them; `stopped`, the share of the words under which the
+    champion stops; `words`, how many there are.
     """
     rows = robustness[robustness.condition == 'lexicon']
-    shares = {behaviour: _judged(rows, pd.Series(behaviour, index=rows.index), thresholds)
-              for behaviour in BEHAVIOURS}
-    keys = ['word_set', 'body', 'treatment', 'word', 'word_class']
-    return rows.assign(**shares).groupby(keys, as_index=False)[list(BEHAVIOURS)].mean()
+    cosine = rows.word.map(nearest).astype(float)
+    asked = pd.Series('stop', index=rows.index)
+    rows = rows.assign(stopped=_judged(rows, asked, thresholds),
+                       bin=np.digitize(cosine, BINS))
+    # The same for all champions, also for those that know a word of the lexicon.
+    middle = pd.Series(nearest).groupby(np.digitize(list(nearest.values()), BINS)).mean()
+    shares = rows.groupby([*KEYS, 'bin'], as_index=False).agg(
+        stopped=('stopped', 'mean'), words=('stopped', 'size'))
+    return shares.assign(cosine=shares.bin.map(middle)).drop(columns='bin')
 
+
+def sorted_out(outcomes: pd.DataFrame, thresholds: dict[str, float]) -> pd.DataFrame:
+    """
+    Return which champions are right as evolved, one row a run.
+
+    `trained`: under every trained word; `unheard`: under the held-out one.
+    """
+    rows = outcomes.rename(columns={'behaviour': 'word_class'})
+    rows = rows.assign(right=_judged(rows, rows.word_class, thresholds) > 0)
+    parts = {name: rows[rows.role == role].groupby(KEYS).right.all()
+             for name, role in (('trained', 'trained'), ('unheard', 'held_out'))}
+    return pd.DataFrame(parts).fillna(False).astype(bool).reset_index()

@@ -2,7 +2,8 @@
 The study's numbers, one row a run, and every comparison that is made between them.
 
 *Move*, *stop* and *test* are a champion's mean net displacement, in body lengths, under the move
-and the stop commands of its training and under the held-out stop word (the paper's figure 5).
+and the stop commands of its training and under the held-out stop word (the paper's figure 5). An
+outcome in which the simulator exploded says nothing of the champion: it is left out and counted.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from training.evolution.objectives import LARGEST_STEP_M
 from training.report.published import TITLES, title
 from training.report.statistics import Comparison, Sample
 
@@ -19,20 +21,34 @@ GROUPS = ('move', 'stop', 'test')
 TREATMENTS = ('control', 'experimental')
 #: How the paper's figures call the treatments.
 LETTERS = {'control': 'C', 'experimental': 'E'}
+#: Where else champions are tried under the held-out word: name -> condition in the store.
+ELSEWHERE = {'perturbed starts': 'perturbed', 'PyBullet': 'pybullet'}
 #: A share of the body's typical move: less than it is standing still, more is moving.
 THRESHOLD_SHARE = 0.25
 
 Panel = tuple[str, str]
 
 
-def per_run(runs: pd.DataFrame, outcomes: pd.DataFrame) -> pd.DataFrame:
+def sound(rows: pd.DataFrame) -> pd.Series:
+    """Return whether each outcome is finite and free of steps that no gait takes."""
+    return ((rows.largest_step_m.astype(float) <= LARGEST_STEP_M)
+            & np.isfinite(rows.final_x_m.astype(float))
+            & np.isfinite(rows.displacement_m.astype(float)))
+
+
+def per_run(runs: pd.DataFrame, outcomes: pd.DataFrame,
+            robustness: pd.DataFrame | None = None) -> pd.DataFrame:
     """
     Return one row a run: `runs` with the columns move, stop and test, in body lengths.
 
-    `forward_m` and `backward_m` (mean progress in the right direction, m) are added too.
+    Added too: `stop_path` and `test_path` (mean path, body lengths), `forward_m` and `backward_m`
+    (mean progress in the right direction, m), and, of `robustness`, `test_perturbed` and
+    `test_pybullet` (mean net displacement under the held-out word there, body lengths). NaN where a
+    run has no sound outcome.
     """
-    merged = outcomes.merge(runs[['run', 'body_length_m']], on='run')
+    merged = outcomes[sound(outcomes)].merge(runs[['run', 'body_length_m']], on='run')
     merged['lengths'] = merged.displacement_m / merged.body_length_m
+    merged['path'] = merged.path_m / merged.body_length_m
     moves = merged.behaviour != 'stop'
     groups = {'move': (merged.role == 'trained') & moves,
               'stop': (merged.role == 'trained') & ~moves,
@@ -40,9 +56,19 @@ def per_run(runs: pd.DataFrame, outcomes: pd.DataFrame) -> pd.DataFrame:
     table = runs.set_index('run')
     for name, mask in groups.items():
         table[name] = merged[mask].groupby('run').lengths.mean()
+        if name != 'move':
+            table[f'{name}_path'] = merged[mask].groupby('run').path.mean()
     for behaviour, sign in (('forward', 1.0), ('backward', -1.0)):
         mask = (merged.role == 'trained') & (merged.behaviour == behaviour)
         table[f'{behaviour}_m'] = sign * merged[mask].groupby('run').final_x_m.mean()
+    for condition in ELSEWHERE.values():
+        table[f'test_{condition}'] = np.nan
+        if robustness is not None:
+            rows = robustness[(robustness.condition == condition)
+                              & (robustness.role == 'held_out')]
+            rows = rows[sound(rows)]
+            table[f'test_{condition}'] = (rows.groupby('run').displacement_m.mean()
+                                          / table.body_length_m)
     return table.reset_index()
 
 
@@ -63,7 +89,11 @@ def select(table: pd.DataFrame, panel: Panel, treatment: str | None = None) -> p
 
 def comparisons(table: pd.DataFrame, selectivity: pd.DataFrame | None = None) -> list[Comparison]:
     """
-    Return every comparison of a study: the paper's eight a panel, and one on the lexicon.
+    Return every comparison of a study: the paper's eight a panel, and those on robustness.
+
+    Robustness adds up to three a panel: E against C under the unheard word from perturbed starts
+    and in PyBullet, and of the selectivity for stop words. A comparison without runs on either side
+    is not made.
 
     Parameters
     ----------
@@ -74,48 +104,45 @@ def comparisons(table: pd.DataFrame, selectivity: pd.DataFrame | None = None) ->
 
     """
     return [comparison for panel in panels(table)
-            for comparison in _of_panel(table, selectivity, panel)]
+            for comparison in _of_panel(table, selectivity, panel)
+            if len(comparison.first.values) and len(comparison.second.values)]
 
 
 def _of_panel(table: pd.DataFrame, selectivity: pd.DataFrame | None,
               panel: Panel) -> Iterator[Comparison]:
-    arms = {name: select(table, panel, name) for name in TREATMENTS}
     here = title(*panel)
-    both = all(len(arm) for arm in arms.values())
 
-    def sample(treatment: str, column: str) -> Sample:
-        return Sample(f'{LETTERS[treatment]} {column}', arms[treatment][column].to_numpy(float))
+    def sample(treatment: str, column: str, source: pd.DataFrame = table) -> Sample:
+        values = select(source, panel, treatment)[column].to_numpy(float)
+        return Sample(f'{LETTERS[treatment]} {column}', values[np.isfinite(values)])
 
-    if both:
-        yield Comparison(here, 'fitness: E against C', sample('experimental', 'fitness'),
-                         sample('control', 'fitness'))
-        for group in GROUPS:
-            yield Comparison(here, f'{group}: E against C', sample('experimental', group),
-                             sample('control', group))
+    def between(question: str, column: str, source: pd.DataFrame = table) -> Comparison:
+        return Comparison(here, f'{question}: E against C', sample('experimental', column, source),
+                          sample('control', column, source))
+
+    yield between('fitness', 'fitness')
+    for group in GROUPS:
+        yield between(group, group)
     for name in TREATMENTS:
-        if len(arms[name]):
-            for first, second in (('move', 'stop'), ('test', 'stop')):
-                yield Comparison(here, f'{LETTERS[name]}: {first} against {second}',
-                                 sample(name, first), sample(name, second))
-    if both and selectivity is not None:
-        shares = {name: select(selectivity, panel, name).selectivity.to_numpy(float)
-                  for name in TREATMENTS}
-        if all(len(share) for share in shares.values()):
-            yield Comparison(here, 'lexicon selectivity for stop words: E against C',
-                             Sample('E selectivity', shares['experimental']),
-                             Sample('C selectivity', shares['control']))
+        for first, second in (('move', 'stop'), ('test', 'stop')):
+            yield Comparison(here, f'{LETTERS[name]}: {first} against {second}',
+                             sample(name, first), sample(name, second))
+    for name, condition in ELSEWHERE.items():
+        yield between(f'test, {name}', f'test_{condition}')
+    if selectivity is not None:
+        yield between('lexicon selectivity for stop words', 'selectivity', selectivity)
 
 
-def thresholds_m(table: pd.DataFrame) -> dict[str, float]:
+def thresholds_m(table: pd.DataFrame, share: float = THRESHOLD_SHARE) -> dict[str, float]:
     """
-    Return body -> displacement, m, that tells moving from standing still.
+    Return body -> displacement, m, that tells moving from standing still, in the paper's order.
 
-    A quarter of the median move of all the body's champions, both treatments and all word sets
-    together, so that the threshold favours neither treatment and no body's scale.
+    A share (a quarter) of the median move of all the body's champions, both treatments and all word
+    sets together, so that the threshold favours neither treatment and no body's scale.
     """
     lengths = table.groupby('body')[['move', 'body_length_m']].median()
-    return {str(body): float(THRESHOLD_SHARE * row.move * row.body_length_m)
-            for body, row in lengths.iterrows()}
+    return {body: float(share * lengths.move[body] * lengths.body_length_m[body])
+            for body in dict.fromkeys(body for _, body in panels(table))}
 
 
 def right(word_class: pd.Series, final_x_m: pd.Series, displacement_m: pd.Series,
@@ -126,7 +153,8 @@ def right(word_class: pd.Series, final_x_m: pd.Series, displacement_m: pd.Series
     forward: x above the threshold; backward: x below minus it; stop: no farther away than it. An
     outcome that is not finite, or in which the simulator exploded, is never right.
     """
-    sound = (largest_step_m <= 0.1) & np.isfinite(final_x_m) & np.isfinite(displacement_m)
-    return sound & (((word_class == 'forward') & (final_x_m > threshold_m))
+    whole = ((largest_step_m <= LARGEST_STEP_M) & np.isfinite(final_x_m)
+             & np.isfinite(displacement_m))
+    return whole & (((word_class == 'forward') & (final_x_m > threshold_m))
                     | ((word_class == 'backward') & (final_x_m < -threshold_m))
                     | ((word_class == 'stop') & (displacement_m <= threshold_m)))

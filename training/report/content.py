@@ -9,13 +9,23 @@ import pandas as pd
 
 from training.evolution.run import load_result
 from training.evolution.vectors import vectors
-from training.report import behaviour, comparisons, exemplars, figures, figures_priming, tables
+from training.report import (
+    behaviour,
+    comparisons,
+    exemplars,
+    figures,
+    figures_priming,
+    tables,
+    tables_robustness,
+)
+from training.report.about import differences, lead, provenance_section, time_section, unfinished
 from training.report.comparisons import Panel
-from training.report.findings import findings
+from training.report.findings import beyond, findings
 from training.report.parts import Content, Section
-from training.report.published import ALPHA, COMMANDS, COMPARISONS, GENERATIONS, RUNS_AN_ARM, TITLES
+from training.report.published import ALPHA, COMMANDS, COMPARISONS, GENERATIONS, title
 from training.report.robustness import robustness_section
 from training.report.statistics import Tested, compare_all
+from training.report.verdicts import RULES
 from training.study.directory import StudyDirectory, StudyError
 from training.study.store import Tables, parse_run_id
 from w2b_sim import bodies
@@ -34,7 +44,7 @@ def gather(study: StudyDirectory, store: Tables, about: dict[str, Any]) -> Conte
     runs = store['runs']
     if runs.empty:
         raise StudyError(f'{study.path}: no run is finished yet; nothing to report')
-    table = comparisons.per_run(runs, store['outcomes'])
+    table = comparisons.per_run(runs, store['outcomes'], store['robustness'])
     limits = comparisons.thresholds_m(table)
     robustness = store['robustness']
     rates = selectivity = None
@@ -46,57 +56,14 @@ def gather(study: StudyDirectory, store: Tables, about: dict[str, Any]) -> Conte
     sections = [_vectors_section(runs, about), _fitness_section(store, table, tested, shown),
                 _priming_section(study, store, table, limits),
                 _displacement_section(table, tested, shown),
-                robustness_section(store, rates, limits, shown, about),
-                _comparisons_section(tested), _time_section(runs)]
+                robustness_section(store, table, rates, limits, tested, about),
+                _comparisons_section(tested), time_section(runs),
+                provenance_section(study, runs, about)]
     return Content(
-        f'Word2vec to behavior: the study “{about["config"]["name"]}”', _lead(runs, about),
-        findings(tested, table), differences(runs, about),
+        f'Word2vec to behavior: the study “{about["config"]["name"]}”',
+        [line for line in (lead(runs, about), unfinished(runs, about)) if line],
+        findings(tested, table), beyond(tested, table), RULES, differences(runs, about),
         [section for section in sections if section is not None], tested)
-
-
-def _lead(runs: pd.DataFrame, about: dict[str, Any]) -> str:
-    identity = about['identity']
-    commits = sorted({commit for commit in runs.git_commit if commit})
-    return (f'{len(runs)} evolutionary runs of {identity["generations"]:,} generations, '
-            f'{int(runs.evaluations.sum()):,} simulations in {runs.wall_s.sum() / 3600:.1f} '
-            f'hours (sum of wall times, one core each). Engine {identity["engine"]}, '
-            f'{identity["precision"]}; program {identity["program_version"]}, '
-            f'sources {identity["sources_sha256"][:12]}, '
-            f'commit {", ".join(commit[:10] for commit in commits) or "unknown"}; vocabulary '
-            f'{identity["vocabulary"]}, vectors {identity["vocabulary_sha256"][:12]}.')
-
-
-def differences(runs: pd.DataFrame, about: dict[str, Any]) -> list[str]:
-    """Return in what this study is not the paper's, in sentences."""
-    identity = about['identity']
-    arms = runs.groupby(['word_set', 'body', 'treatment']).size()
-    lines = [
-        f'Size: {arms.min()} to {arms.max()} runs a body and treatment where the paper has '
-        f'{RUNS_AN_ARM}, so differences that are significant there may not be so here.',
-        f'Engine: {identity["engine"]} ({identity["precision"]}), where the paper used Pyrosim on '
-        'ODE 0.12; how closely it repeats recorded evaluations: `python -m training fidelity`.',
-    ]
-    if identity['generations'] != GENERATIONS:
-        lines.insert(1, f'Length: {identity["generations"]:,} generations where the paper has '
-                     f'{GENERATIONS:,}.')
-    if identity['objective'] == 'program':
-        lines.append('Objective: the published program’s. Under stop words it takes away the '
-                     'length of the path in x-y; the paper’s text says the final distance.')
-    lines += [
-        'World: gravity of -1 m/s² and viscous contact, as in the published program; the paper '
-        'does not mention them.',
-        'Spheres with sensors feel their joint’s angle, as the paper says; in the published '
-        'program a defect wired those synapses to a motor neuron.',
-        'Unit of the statistics: the run. A run’s displacement under several commands enters as '
-        'their mean. The paper does not say how it pooled commands.',
-        'Body lengths: ' + ', '.join(
-            f'{TITLES.get(body, body)} {length:g} m' for body, length in
-            runs.groupby('body', sort=False).body_length_m.first().items())
-        + '. The paper does not state its own.',
-        'The paper prints no heights of its figures’ bars: beside figures stand the claims of its '
-        'text, beside tables its numbers.',
-    ]
-    return lines
 
 
 def _vectors_section(runs: pd.DataFrame, about: dict[str, Any]) -> Section:
@@ -107,7 +74,10 @@ def _vectors_section(runs: pd.DataFrame, about: dict[str, Any]) -> Section:
     section.tables['Table I. Cosines of the commands’ vectors: here (paper).'] = first
     section.paragraphs.append('Table I: largest difference to the paper after rounding: '
                               f'{largest:.2f}.')
-    control = runs[(runs.treatment == 'control') & (runs.word_set == 'paper')]
+    # In the report's order of bodies: the sample is a run of the quadruped, if there is one.
+    control = pd.concat([runs[:0], *(comparisons.select(runs, panel, 'control')
+                                     for panel in comparisons.panels(runs)
+                                     if panel[0] == 'paper')])
     if len(control):
         second, line = tables.table_2(heard, [int(seed) for seed in control.evolution_seed])
         section.tables[f'Table II. The same after permutation, in the run {control.run.iloc[0]}: '
@@ -134,9 +104,10 @@ def _fitness_section(store: Tables, table: pd.DataFrame, tested: Sequence[Tested
 
 def _priming_section(study: StudyDirectory, store: Tables, table: pd.DataFrame,
                      limits: Mapping[str, float]) -> Section | None:
-    body = 'quadruped' if 'quadruped' in set(table.body) else str(table.body.iloc[0])
-    chosen = exemplars.choose(table, store['outcomes'], limits, body)
-    chosen = [one for one in chosen if (study.run_directory(one.run) / 'champion.json').exists()]
+    # The paper shows the quadruped, which is the first panel wherever it was run.
+    panel = comparisons.panels(table)[0]
+    chosen = [one for one in exemplars.choose(table, store['outcomes'], limits, panel)
+              if (study.run_directory(one.run) / 'champion.json').exists()]
     if not chosen:
         return None
     settings = store['runs'].set_index('run')
@@ -149,19 +120,24 @@ def _priming_section(study: StudyDirectory, store: Tables, table: pd.DataFrame,
         shown.append(exemplars.show(
             one.run, network, vectors(vocabulary, words), str(row.engine), str(row.precision)))
     section = Section('Figure 4: how words prime the network, and where they send the body')
-    section.paragraphs.append(f'How the three were chosen: {exemplars.RULE}')
+    section.paragraphs.append(f'{title(*panel)}. How the three were chosen: {exemplars.RULE}')
     section.paragraphs.append('Shown: ' + '; '.join(
-        f'{"abc"[number]} {one.run} ({one.kind}{"" if one.met else "; no such champion"})'
+        f'({"abc"[number]}) {one.run}: {one.kind}, as are {one.count} of the {one.among} champions '
+        f'of its treatment{"" if one.met else ", so the fittest other one is shown"}'
         for number, one in enumerate(chosen)) + '.')
     section.paragraphs.append(
         'The paper’s three: an experimental champion that is right under every word, a control '
         'champion that fails in training and under the unheard word, and a control champion that '
-        'is right in training and fails under the unheard word.')
+        'is right in training and fails under the unheard word. It calls them representative '
+        'without a count; the table below counts all champions.')
     section.add_figure('priming', figures_priming.priming(
-        chosen, shown, length_m=bodies.get(body).length_m),
+        chosen, shown, length_m=bodies.get(panel[1]).length_m),
         'Hidden neurons while a command’s vector passes through the auditory neuron (rows: words; '
-        'the last one is the unheard word), and the way of the body under each command; squares '
-        'mark the end.')
+        'the last one, in bold, is the unheard word), and the way of the body under each command; '
+        'squares mark the end, a hollow one that of the unheard word.')
+    section.tables['Champions by what they do as evolved (right and wrong as in the robustness '
+                   'tables): number and share.'] = tables_robustness.kinds(
+        behaviour.sorted_out(store['outcomes'], dict(limits)))
     return section
 
 
@@ -180,11 +156,20 @@ def _displacement_section(table: pd.DataFrame, tested: Sequence[Tested],
     if balanced:
         beside = [('paper', panel[1]) for panel in balanced if ('paper', panel[1]) in shown]
         section.add_figure('balanced', figures.bars(table, tested, beside + balanced), (
-            'The balanced set beside the paper’s set. Paper (figure 6): control champions move '
-            'more under the unheard than under the trained stop words, almost as far as under '
-            'move commands; word2vec champions do not.'))
-    section.tables['Medians [95% intervals] in body lengths; right: median progress in metres '
-                   'under the trained move commands.'] = tables.displacement(table)
+            'The balanced set, beside the paper’s set where that was run; marks as in the figure '
+            'above. Paper (figure 6): control champions move more under the unheard than under '
+            'the trained stop words, almost as far as under move commands; word2vec champions do '
+            'not.'))
+        section.paragraphs.append(
+            'The paper says of the balanced set that its significance levels were identical to '
+            'those of the quadruped in figure 5; it also says that there the quadruped’s stop and '
+            'test displacements do not differ, and that here the control’s do. Both claims are '
+            'judged above as they stand.')
+    section.tables['Medians [95% intervals] of net displacement, and medians of the path’s length, '
+                   'in body lengths; right: median progress in metres under the trained move '
+                   'commands.'] = tables.displacement(table)
+    section.tables['The unheard word, word by word: median net displacement in body lengths (runs '
+                   'that held it out).'] = tables.by_held_out(table)
     return section
 
 
@@ -194,18 +179,9 @@ def _comparisons_section(tested: Sequence[Tested]) -> Section:
         f'{len(tested)} comparisons, all of them corrected together (the paper: {COMPARISONS}). '
         f'Claims about displacement use the level {ALPHA}, as the paper’s stars do. Common '
         'language: the probability that a run of the first sample exceeds one of the second; '
-        'rank-biserial: twice that minus 1. Exact distribution of U where there are no ties.')
+        'rank-biserial: twice that minus 1, with Newcombe’s 95% score interval (not corrected for '
+        'the number of comparisons). p: from the exact distribution of U where no values tie, '
+        'from the normal approximation with correction for ties otherwise. Full precision: '
+        'comparisons.csv.')
     section.tables['Mann-Whitney U, two-sided, Holm-Bonferroni.'] = tables.all_comparisons(tested)
-    return section
-
-
-def _time_section(runs: pd.DataFrame) -> Section:
-    section = Section('Time')
-    section.tables['Times of runs, one core each.'], hours = tables.timing(runs)
-    section.paragraphs.append(
-        'Projected from these runs: the paper’s study (1,200 runs and 200 of the balanced set, '
-        f'{GENERATIONS:,} generations) takes {hours:.1f} core hours, {hours / 2:.1f} hours on two '
-        'cores of its own. It rests on CPU times where they are known: wall times count what else '
-        'the machine did.' if hours is not None else
-        'The projection for the paper’s study needs runs of all its bodies and the balanced set.')
     return section

@@ -10,7 +10,8 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from training.evolution.treatments import treated
-from training.report.comparisons import right
+from training.report.behaviour import sorted_out
+from training.report.comparisons import Panel, select
 from training.study.store import parse_run_id
 from w2b_controller.network import Network, prime
 from w2b_sim import bodies
@@ -27,39 +28,44 @@ KINDS = (
     ('control', 'control: right under every trained word, wrong under the unheard one'),
 )
 RULE = ('Of the champions of a kind (right and wrong as in the robustness tables), the one with '
-        'the median fitness; of two, the fitter. A kind without any champion shows the fittest '
-        'other one of its treatment instead, and says so.')
+        'the median fitness; of two in the middle, the fitter. A kind without any champion shows '
+        'the fittest other one of its treatment instead, and says so.')
 
 
 @dataclass(frozen=True)
 class Exemplar:
-    """A chosen run; `met` is false if no champion was of the kind."""
+    """A chosen run, of a kind that `count` of the treatment's `among` champions are of."""
 
     run: str
     kind: str
-    met: bool
+    count: int
+    among: int
+
+    @property
+    def met(self) -> bool:
+        """Whether the run is of the kind."""
+        return self.count > 0
 
 
 def choose(table: pd.DataFrame, outcomes: pd.DataFrame, thresholds: Mapping[str, float],
-           body: str = 'quadruped', word_set: str = 'paper') -> list[Exemplar]:
-    """Return the exemplars of a body, by `RULE`; none where a treatment has no run."""
-    rows = outcomes[(outcomes.body == body) & (outcomes.word_set == word_set)].copy()
-    rows['right'] = right(rows.behaviour, rows.final_x_m, rows.displacement_m,
-                          rows.largest_step_m, rows.body.map(thresholds))
-    trained = rows[rows.role == 'trained'].groupby('run').right.all()
-    unheard = rows[rows.role == 'held_out'].groupby('run').right.all()
-    state = table[table.run.isin(trained.index)].set_index('run')
+           panel: Panel = ('paper', 'quadruped')) -> list[Exemplar]:
+    """Return the exemplars of a panel, by `RULE`; none where a treatment has no run."""
+    state = select(sorted_out(outcomes, dict(thresholds)), panel).set_index('run')
+    trained, unheard = state.trained, state.unheard
     asked = (trained & unheard, ~trained & ~unheard, trained & ~unheard)
-    chosen = []
+    chosen: list[Exemplar] = []
     for (treatment, kind), mask in zip(KINDS, asked, strict=True):
-        arm = state[state.treatment == treatment].sort_values('fitness')
-        fitting = arm[mask.reindex(arm.index).fillna(False).astype(bool)]
+        arm = select(table, panel, treatment).set_index('run').sort_values('fitness')
+        fitting = arm.index[mask.reindex(arm.index, fill_value=False)]
         if len(fitting):
-            chosen.append(Exemplar(str(fitting.index[len(fitting) // 2]), kind, True))
+            run = fitting[len(fitting) // 2]
         elif len(arm):
             # Not one that is shown already, where there is another.
             others = [run for run in arm.index if run not in {one.run for one in chosen}]
-            chosen.append(Exemplar(str((others or list(arm.index))[-1]), kind, False))
+            run = (others or list(arm.index))[-1]
+        else:
+            continue
+        chosen.append(Exemplar(str(run), kind, len(fitting), len(arm)))
     return chosen
 
 

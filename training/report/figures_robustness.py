@@ -6,21 +6,28 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy.stats import bootstrap
 
+from training.report import style
+from training.report.behaviour import BEHAVIOURS
 from training.report.comparisons import LETTERS, TREATMENTS, Panel, select
-from training.report.figures import COLOURS, GREY, NAMES, TREATMENT_COLOURS
-from training.report.published import title
+from training.report.style import COLOURS, TREATMENT_COLOURS
 
-CONDITIONS = ('as evolved', 'perturbed', 'pybullet')
 QUESTIONS = ('forward', 'backward', 'stop', 'held out')
-SHADES = {'as evolved': '#2b2b2b', 'perturbed': '#7a7a7a', 'pybullet': '#c3a15a'}
+#: Condition in the store -> how figures and tables call it, and its colour.
+CONDITIONS = {'as evolved': 'as evolved', 'perturbed': 'perturbed starts', 'pybullet': 'PyBullet'}
+SHADES = {'as evolved': '#8a8a8a', 'perturbed': '#56b4e9', 'pybullet': '#d55e00'}
+#: Bars of one treatment stand this far from their group's middle.
+SIDE = {'control': -0.22, 'experimental': 0.22}
 
 
+@style.styled
 def conditions(rates: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
     """
     Return the rate of right behaviour under the runs' own words, by condition.
@@ -28,100 +35,89 @@ def conditions(rates: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
     Bars: mean over champions; whiskers: bootstrapped 95% confidence interval of that mean.
     """
     present = [name for name in CONDITIONS if (rates.condition == name).any()]
-    figure, grid = _grid(shown, 4.3, 2.6)
-    for number, panel in enumerate(shown):
-        axes = grid[number]
+    figure, panels, spare = style.panel_grid(shown, columns=3, height_in=1.6)
+    for axes, panel in zip(panels, shown, strict=True):
         for place, question in enumerate(QUESTIONS):
-            for side, treatment in enumerate(TREATMENTS):
+            for treatment in TREATMENTS:
                 rows = select(rates, panel, treatment)
+                rows = rows[rows.question == question]
                 for turn, condition in enumerate(present):
-                    values = rows[(rows.question == question)
-                                  & (rows.condition == condition)].rate.to_numpy(float)
-                    if not len(values):
-                        continue
-                    x = place + (side - 0.5) * 0.44 + (turn - (len(present) - 1) / 2) * 0.13
-                    mean, low, high = mean_interval(values)
-                    axes.bar(x, mean, 0.12, facecolor=SHADES[condition], edgecolor='white',
-                             hatch='/////' if treatment == 'control' else None, linewidth=0.3)
-                    axes.errorbar(x, mean, [[mean - low], [high - mean]], color='black',
-                                  linewidth=0.8, capsize=1.5)
-        ticks = [(place + (side - 0.5) * 0.44, LETTERS[name])
-                 for place in range(4) for side, name in enumerate(TREATMENTS)]
-        axes.set_xticks([x for x, _ in ticks], [label for _, label in ticks], fontsize=8)
-        for place, question in enumerate(QUESTIONS):
-            axes.text(place, -0.14, question, transform=axes.get_xaxis_transform(), ha='center',
-                      va='top', fontsize=8)
-        _rate_axes(axes, panel)
-    handles = [Patch(facecolor=SHADES[name], label=name) for name in present]
-    handles.append(Patch(facecolor='white', edgecolor=GREY, hatch='////', label='hatched: C'))
-    figure.legend(handles=handles, loc='outside lower center', ncols=4, frameon=False, fontsize=8)
+                    values = rows[rows.condition == condition].rate.to_numpy(float)
+                    x = place + SIDE[treatment] + (turn - (len(present) - 1) / 2) * 0.135
+                    _rate_bar(axes, x, values, 0.125, SHADES[condition], treatment)
+        _rate_axes(axes, QUESTIONS)
+    for axes in style.left_most(panels):
+        axes.set_ylabel('rate of right behaviour')
+    handles = [Patch(facecolor=SHADES[name], label=CONDITIONS[name]) for name in present]
+    style.legend(figure, handles + style.treatment_patches(), spare, columns=3)
     return figure
 
 
-def lexicon(rates: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
+@style.styled
+def lexicon(rates: pd.DataFrame, own: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
     """
-    Return the rate of each behaviour under its synonyms and under unrelated words.
+    Return the rate of each behaviour under its synonyms and, grey, under unrelated words.
 
-    A pair of equal bars means that the champions do not hear the difference.
+    A pair of equal bars means that the champions do not hear the difference. Beside the synonyms of
+    stop stands the paper's own test, the held-out stop command. `own` as `behaviour.own_words`
+    returns it.
     """
-    figure, grid = _grid(shown, 3.6, 2.6)
-    for number, panel in enumerate(shown):
-        axes = grid[number]
-        for place, behaviour in enumerate(('forward', 'backward', 'stop')):
-            for side, treatment in enumerate(TREATMENTS):
+    figure, panels, spare = style.panel_grid(shown, columns=3, height_in=1.6)
+    tested = own[(own.condition == 'as evolved') & (own.question == 'held out')]
+    for axes, panel in zip(panels, shown, strict=True):
+        for place, behaviour in enumerate(BEHAVIOURS):
+            for treatment in TREATMENTS:
                 rows = select(rates, panel, treatment)
                 rows = rows[rows.behaviour == behaviour]
-                for turn, column in enumerate(('synonyms', 'unrelated')):
-                    if rows.empty:
-                        continue
-                    x = place + (side - 0.5) * 0.44 + (turn - 0.5) * 0.18
-                    mean, low, high = mean_interval(rows[column].to_numpy(float))
-                    colour = COLOURS['stop' if behaviour == 'stop' else 'move']
-                    axes.bar(x, mean, 0.17, facecolor=colour if turn == 0 else '#d0d0d0',
-                             edgecolor='white', linewidth=0.3,
-                             hatch='/////' if treatment == 'control' else None)
-                    axes.errorbar(x, mean, [[mean - low], [high - mean]], color='black',
-                                  linewidth=0.8, capsize=1.5)
-        ticks = [(place + (side - 0.5) * 0.44, LETTERS[name])
-                 for place in range(3) for side, name in enumerate(TREATMENTS)]
-        axes.set_xticks([x for x, _ in ticks], [label for _, label in ticks], fontsize=8)
-        for place, behaviour in enumerate(('forward', 'backward', 'stop')):
-            axes.text(place, -0.14, behaviour, transform=axes.get_xaxis_transform(), ha='center',
-                      va='top', fontsize=8)
-        _rate_axes(axes, panel)
-    handles = [Patch(facecolor=COLOURS['move'], label='synonyms of forward, backward'),
-               Patch(facecolor=COLOURS['stop'], label='synonyms of stop'),
-               Patch(facecolor='#d0d0d0', label='unrelated words'),
-               Patch(facecolor='white', edgecolor=GREY, hatch='////', label='hatched: C')]
-    figure.legend(handles=handles, loc='outside lower center', ncols=4, frameon=False, fontsize=8)
+                stop = behaviour == 'stop'
+                values = [(select(tested, panel, treatment).rate, COLOURS['test'])] if stop else []
+                values += [(rows.synonyms, COLOURS['stop' if stop else 'move']),
+                           (rows.unrelated, style.LIGHT)]
+                for turn, (one, colour) in enumerate(values):
+                    x = place + SIDE[treatment] + (turn - (len(values) - 1) / 2) * 0.135
+                    _rate_bar(axes, x, one.dropna().to_numpy(float), 0.125, colour, treatment)
+        _rate_axes(axes, BEHAVIOURS)
+    for axes in style.left_most(panels):
+        axes.set_ylabel('rate of the behaviour')
+    handles = [Patch(facecolor=colour, label=label) for colour, label in (
+        (COLOURS['move'], 'unheard synonyms of forward, backward'),
+        (COLOURS['test'], 'the held-out stop command'),
+        (COLOURS['stop'], 'unheard synonyms of stop'), (style.LIGHT, 'unrelated words'))]
+    style.legend(figure, handles + style.treatment_patches(), spare, columns=3)
     return figure
 
 
-def similarity(words: pd.DataFrame, cosines: dict[str, float], panel: Panel) -> Figure:
+@style.styled
+def by_cosine(shares: pd.DataFrame, shown: Sequence[Panel]) -> Figure:
     """
-    Return how the share of champions that stop grows with a word's cosine to the stop commands.
+    Return how the share of words that stop a champion grows with their cosine to stop commands.
 
-    `words` as `behaviour.by_word` returns it; `cosines`: word -> largest cosine to a stop command.
-    Lines: least-squares fits, to lead the eye.
+    `shares` as `behaviour.by_cosine` returns it. Lines: mean over champions, at the mean cosine of
+    a bin's words; whiskers: bootstrapped 95% confidence interval of the mean.
     """
-    figure = Figure(figsize=(5.6, 3.6), layout='constrained')
-    axes = figure.subplots()
-    for treatment in TREATMENTS:
-        rows = select(words, panel, treatment)
-        rows = rows[rows.word.isin(list(cosines))]
-        if len(rows) < 2:
-            continue
-        x, y = rows.word.map(cosines).to_numpy(float), rows.stop.to_numpy(float)
-        colour = TREATMENT_COLOURS[treatment]
-        axes.plot(x, y, '.', color=colour, markersize=5, alpha=0.5, markeredgewidth=0)
-        slope, level = np.polyfit(x, y, 1)
-        ends = np.array([x.min(), x.max()])
-        axes.plot(ends, level + slope * ends, color=colour, label=NAMES[treatment])
-    axes.set(xlabel="the word's largest cosine to a stop command", ylim=(-0.02, 1.02),
-             ylabel='share of champions that stop')
-    axes.set_title(title(*panel), loc='left', fontsize=10)
-    axes.legend(frameon=False, fontsize=8)
-    axes.spines[['top', 'right']].set_visible(False)
+    figure, panels, spare = style.panel_grid(shown, columns=3, height_in=1.5)
+    for axes, panel in zip(panels, shown, strict=True):
+        for treatment, shift in (('control', -0.006), ('experimental', 0.006)):
+            rows = select(shares, panel, treatment)
+            if rows.empty:
+                continue
+            points = [(cosine, *mean_interval(values.to_numpy(float)))
+                      for cosine, values in rows.groupby('cosine').stopped]
+            x, y, low, high = np.array(points).T
+            axes.errorbar(x + shift, y, [np.maximum(y - low, 0), np.maximum(high - y, 0)],
+                          color=TREATMENT_COLOURS[treatment], marker='o', markersize=2.5,
+                          capsize=1.5, elinewidth=0.7,
+                          linestyle='--' if treatment == 'control' else '-')
+        axes.set_ylim(0, 1.03)
+    for axes in style.left_most(panels):
+        axes.set_ylabel('share of words that stop')
+    for axes in style.lowest(panels):
+        axes.set_xlabel('cosine to the nearest stop command')
+    handles: list[Artist] = [Line2D([], [], color=TREATMENT_COLOURS[name], marker='o',
+                                    markersize=2.5, label=style.NAMES[name],
+                                    linestyle='--' if name == 'control' else '-')
+                             for name in TREATMENTS]
+    style.legend(figure, handles, spare)
     return figure
 
 
@@ -135,20 +131,18 @@ def mean_interval(values: NDArray[np.float64], seed: int = 0) -> tuple[float, fl
     return mean, float(interval.low), float(interval.high)
 
 
-def _grid(shown: Sequence[Panel], width: float, height: float) -> tuple[Figure, list[Axes]]:
-    columns = min(len(shown), 3)
-    lines = -(-len(shown) // columns)
-    figure = Figure(figsize=(width * columns, height * lines + 0.4), layout='constrained')
-    grid = list(figure.subplots(lines, columns, squeeze=False).flat)
-    for axes in grid[len(shown):]:
-        axes.set_axis_off()
-    for axes in grid[:len(shown):columns]:
-        axes.set_ylabel('rate of right behaviour', fontsize=8)
-    return figure, grid
+def _rate_bar(axes: Axes, x: float, values: NDArray[np.float64], width: float, colour: str,
+              treatment: str) -> None:
+    if len(values):
+        mean, low, high = mean_interval(values)
+        style.bar(axes, x, mean, (low, high), width=width, colour=colour, treatment=treatment)
 
 
-def _rate_axes(axes: Axes, panel: Panel) -> None:
+def _rate_axes(axes: Axes, groups: Sequence[str]) -> None:
+    ticks = [(place + side, LETTERS[name]) for place in range(len(groups))
+             for name, side in SIDE.items()]
+    axes.set_xticks([x for x, _ in ticks], [label for _, label in ticks])
+    axes.set_xlim(-0.5, len(groups) - 0.5)
+    for place, group in enumerate(groups):
+        axes.text(place, -0.17, group, transform=axes.get_xaxis_transform(), ha='center', va='top')
     axes.set_ylim(0, 1.03)
-    axes.set_title(title(*panel), loc='left', fontsize=9)
-    axes.tick_params(axis='y', labelsize=8)
-    axes.spines[['top', 'right']].set_visible(False)

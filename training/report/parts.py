@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import pandas as pd
 from matplotlib.figure import Figure
 
-from training.report.findings import Finding
 from training.report.statistics import Tested
+from training.report.verdicts import Finding
 
 
 @dataclass
@@ -28,11 +29,17 @@ class Section:
 
 @dataclass
 class Content:
-    """A whole report."""
+    """
+    A whole report.
+
+    `findings` judge the paper's claims, `beyond` what it did not ask, both by `rules`.
+    """
 
     heading: str
-    lead: str
+    lead: list[str]
     findings: list[Finding]
+    beyond: list[Finding]
+    rules: Sequence[str]
     differences: list[str]
     sections: list[Section]
     tested: list[Tested]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from training.evolution.treatments import treated
-from training.report.comparisons import GROUPS, LETTERS, TREATMENTS, panels, select
+from training.report.comparisons import GROUPS, LETTERS, TREATMENTS, Panel, panels, select
 from training.report.published import (
     COMMANDS,
     COSINES,
@@ -106,81 +106,81 @@ def _median_sd(values: Array) -> str:
 def displacement(table: pd.DataFrame) -> pd.DataFrame:
     """Return the medians and intervals behind the bars of figure 5, in body lengths."""
     rows = []
-    for panel in panels(table):
-        for treatment in TREATMENTS:
-            arm = select(table, panel, treatment)
-            if arm.empty:
-                continue
-            row = {'robot': title(*panel), 'treatment': LETTERS[treatment], 'runs': str(len(arm)),
-                   'body length, m': f'{arm.body_length_m.iloc[0]:g}'}
-            for group in GROUPS:
-                values = arm[group].to_numpy(float)
-                low, high = median_interval(values)
-                row[group] = f'{np.median(values):.2f} [{low:.2f}, {high:.2f}]'
-            for behaviour in ('forward', 'backward'):
-                row[f'{behaviour}, m'] = f'{arm[f"{behaviour}_m"].median():.2f}'
-            rows.append(row)
+    for panel, treatment, arm in arms(table):
+        row = {'robot': title(*panel), 'treatment': LETTERS[treatment], 'runs': str(len(arm))}
+        for group in GROUPS:
+            values = arm[group].dropna().to_numpy(float)
+            low, high = median_interval(values)
+            row[group] = f'{np.median(values):.2f} [{low:.2f}, {high:.2f}]' if len(values) else ''
+        for group in ('stop', 'test'):
+            row[f'path, {group}'] = _number(arm[f'{group}_path'].median())
+        for behaviour in ('forward', 'backward'):
+            row[f'{behaviour}, m'] = _number(arm[f'{behaviour}_m'].median())
+        rows.append(row)
     return pd.DataFrame(rows)
 
 
+def by_held_out(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the median displacement under each held-out word, in body lengths, and its runs."""
+    words = list(dict.fromkeys(table.sort_values('seed').held_out))
+    rows = []
+    for panel, treatment, arm in arms(table):
+        row = {'robot': title(*panel), 'treatment': LETTERS[treatment]}
+        for word in words:
+            values = arm[arm.held_out == word].test.dropna()
+            row[word] = f'{values.median():.2f} ({len(values)})' if len(values) else ''
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def arms(table: pd.DataFrame) -> Iterator[tuple[Panel, str, pd.DataFrame]]:
+    """Yield (panel, treatment, its rows) of `table`, in the report's order, empty ones left out."""
+    for panel in panels(table):
+        for treatment in TREATMENTS:
+            arm = select(table, panel, treatment)
+            if len(arm):
+                yield panel, treatment, arm
+
+
+def _number(value: float) -> str:
+    return f'{value:.2f}' if np.isfinite(value) else ''
+
+
 def all_comparisons(tested: Sequence[Tested]) -> pd.DataFrame:
-    """Return every comparison made, with exact p-values and effect sizes."""
+    """Return every comparison made as text, with exact p-values and effect sizes."""
     return pd.DataFrame([{
         'robot': one.comparison.panel,
         'comparison': one.comparison.question,
         'n': f'{len(one.comparison.first.values)}, {len(one.comparison.second.values)}',
         'medians': f'{one.comparison.first.median:.3g}, {one.comparison.second.median:.3g}',
         'U': f'{one.u:g}',
-        'p': p_text(one.p),
-        'method': one.method,
+        'p': p_text(one.p) + ('' if one.method == 'exact' else ' (asymptotic)'),
         'p, Holm': p_text(one.p_holm),
         'stars': one.stars,
         'common language': f'{one.common_language:.2f}',
-        'rank-biserial': f'{one.rank_biserial:+.2f}',
+        'rank-biserial [95%]': f'{one.rank_biserial:+.2f} '
+                               f'[{one.interval[0]:+.2f}, {one.interval[1]:+.2f}]',
+    } for one in tested])
+
+
+def comparisons_csv(tested: Sequence[Tested]) -> pd.DataFrame:
+    """Return every comparison made as numbers in full precision, for other programs to read."""
+    return pd.DataFrame([{
+        'robot': one.comparison.panel,
+        'comparison': one.comparison.question,
+        'n_first': len(one.comparison.first.values),
+        'n_second': len(one.comparison.second.values),
+        'median_first': one.comparison.first.median,
+        'median_second': one.comparison.second.median,
+        'u': one.u, 'p': one.p, 'method': one.method, 'p_holm': one.p_holm, 'stars': one.stars,
+        'common_language': one.common_language, 'rank_biserial': one.rank_biserial,
+        'rank_biserial_low': one.interval[0], 'rank_biserial_high': one.interval[1],
     } for one in tested])
 
 
 def p_text(p: float) -> str:
     """Return a p-value with three significant digits."""
     return '1' if p >= 0.9995 else f'{p:.3f}' if p >= 0.001 else f'{p:.2e}'
-
-
-def rates(own: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean rate of right behaviour under own words, by condition."""
-    rows = []
-    for panel in panels(own):
-        for treatment in TREATMENTS:
-            arm = select(own, panel, treatment)
-            for condition in ('as evolved', 'perturbed', 'pybullet'):
-                part = arm[arm.condition == condition]
-                if part.empty:
-                    continue
-                row = {'robot': title(*panel), 'treatment': LETTERS[treatment],
-                       'condition': condition, 'champions': str(part.run.nunique())}
-                for question in ('forward', 'backward', 'stop', 'held out'):
-                    values = part[part.question == question].rate
-                    row[question] = f'{values.mean():.0%}' if len(values) else ''
-                rows.append(row)
-    return pd.DataFrame(rows)
-
-
-def lexicon(lexicon_rates: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean rates under the lexicon: synonyms, and unrelated words beside them."""
-    rows = []
-    for panel in panels(lexicon_rates):
-        for treatment in TREATMENTS:
-            arm = select(lexicon_rates, panel, treatment)
-            if arm.empty:
-                continue
-            row = {'robot': title(*panel), 'treatment': LETTERS[treatment]}
-            for behaviour in ('forward', 'backward', 'stop'):
-                part = arm[arm.behaviour == behaviour]
-                row[f'{behaviour}: synonyms'] = f'{part.synonyms.mean():.0%}'
-                row[f'{behaviour}: unrelated'] = f'{part.unrelated.mean():.0%}'
-                row[f'{behaviour}: difference'] = (
-                    f'{100 * (part.synonyms - part.unrelated).mean():+.0f}')
-            rows.append(row)
-    return pd.DataFrame(rows)
 
 
 def timing(runs: pd.DataFrame) -> tuple[pd.DataFrame, float | None]:

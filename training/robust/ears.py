@@ -120,7 +120,7 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
 
     """
     heard = heard_of(roles.trained, vectors)
-    identity = {'plan': vars(plan), 'words': [list(pair) for pair in roles.trained],
+    identity = {'config': {'plan': vars(plan), 'words': [list(pair) for pair in roles.trained]},
                 'program_version': __version__,
                 'vectors': {word: vector_hash(vectors[word]) for word, _asked in roles.trained}}
     found = []

@@ -9,9 +9,19 @@ import pytest
 from tests.training.report.report_data import tables
 from training.report import behaviour
 from training.report.comparisons import comparisons, panels, per_run, right, select, thresholds_m
-from training.report.findings import CONSISTENT, IN_PART, NOT, REPLICATES, UNTESTED, findings
+from training.report.exemplars import choose
+from training.report.findings import beyond, findings
 from training.report.published import COMPARISONS, FITNESS, TITLES
 from training.report.statistics import compare_all
+from training.report.verdicts import (
+    CONSISTENT,
+    HOLDS,
+    HOLDS_IN_PART,
+    IN_PART,
+    NOT,
+    REPLICATES,
+    UNTESTED,
+)
 
 WHOLE = {**{('paper', body): 1.0 for body in TITLES}, ('balanced', 'quadruped'): 1.0}
 
@@ -25,6 +35,68 @@ def test_the_papers_fifty_six_comparisons_are_made(store: dict[str, pd.DataFrame
     made = comparisons(per_run(store['runs'], store['outcomes']))
     assert len(made) == COMPARISONS == 56
     assert len({(one.panel, one.question) for one in made}) == 56
+
+
+def test_robustness_adds_its_comparisons(store: dict[str, pd.DataFrame]) -> None:
+    table = per_run(store['runs'], store['outcomes'], store['robustness'])
+    made = comparisons(table)
+    assert len(made) == 63, 'perturbed starts; these data have no PyBullet'
+    perturbed = next(one for one in made if one.panel == 'Minimal'
+                     and one.question == 'test, perturbed starts: E against C')
+    assert len(perturbed.first.values) == 12
+    rates = behaviour.lexicon(store['robustness'], thresholds_m(table))
+    assert len(comparisons(table, behaviour.selectivity(rates))) == 70
+
+
+def test_an_exploded_outcome_is_left_out_and_never_right() -> None:
+    small = tables({('paper', 'quadruped'): 1.0}, seeds=2)
+    outcomes, run = small['outcomes'], small['runs'].run.iloc[0]
+    first = (outcomes.run == run) & (outcomes.word == 'forward')
+    outcomes.loc[first, ['largest_step_m', 'displacement_m', 'final_x_m']] = [0.5, 40.0, 40.0]
+    unheard = (outcomes.run == run) & (outcomes.role == 'held_out')
+    outcomes.loc[unheard, ['displacement_m', 'final_x_m']] = np.nan
+    table = per_run(small['runs'], outcomes).set_index('run')
+    backward = outcomes[(outcomes.run == run) & (outcomes.word == 'backward')].displacement_m
+    assert table.move[run] == pytest.approx(backward.iloc[0] / 0.1)
+    assert np.isnan(table.test[run])
+    made = {one.question: one for one in comparisons(table.reset_index())}
+    assert len(made['test: E against C'].first.values) == 1
+    assert len(made['move: E against C'].first.values) == 2
+    compare_all(list(made.values()))
+    state = behaviour.sorted_out(outcomes, {'quadruped': 0.25}).set_index('run')
+    assert not state.trained[run]
+    assert not state.unheard[run]
+
+
+def test_exemplars_are_of_their_kind_and_counted(store: dict[str, pd.DataFrame]) -> None:
+    table = per_run(store['runs'], store['outcomes'])
+    limits = thresholds_m(table)
+    first, second, third = choose(table, store['outcomes'], limits, ('paper', 'minimal'))
+    assert (first.count, first.among, first.met) == (12, 12, True)
+    # Right in training, wrong under the unheard word: so are all control champions here.
+    assert (second.count, second.met) == (0, False)
+    assert (third.count, third.met) == (12, True)
+    arm = select(table, ('paper', 'minimal'), 'experimental').sort_values('fitness')
+    assert first.run == arm.run.iloc[6], 'the median, of two the fitter'
+    assert choose(table, store['outcomes'], limits, ('paper', 'none')) == []
+
+
+def test_stopping_follows_the_cosine_only_where_it_does(store: dict[str, pd.DataFrame]) -> None:
+    limits = thresholds_m(per_run(store['runs'], store['outcomes']))
+    nearest = {'ahead': 0.15, 'back': 0.15, 'pause': 0.6, 'wait': 0.4, 'doctor': 0.05, 'text': 0.0}
+    shares = behaviour.by_cosine(store['robustness'], limits, nearest)
+    mean = shares.groupby(['treatment', 'cosine']).stopped.mean()
+    assert mean['experimental'].to_dict() == pytest.approx(
+        {0.025: 0.0, 0.15: 0.0, 0.4: 1.0, 0.6: 1.0})
+    assert set(mean['control']) == {1.0}
+    assert shares.groupby('run').words.sum().eq(6).all()
+
+
+def test_thresholds_stand_in_the_papers_order(store: dict[str, pd.DataFrame]) -> None:
+    table = per_run(store['runs'], store['outcomes'])
+    limits = thresholds_m(table)
+    assert list(limits) == list(TITLES)
+    assert thresholds_m(table, 0.5)['minimal'] == pytest.approx(2 * limits['minimal'])
 
 
 def test_a_run_enters_a_sample_once_in_body_lengths() -> None:
@@ -71,8 +143,6 @@ def test_rates_and_their_baseline(store: dict[str, pd.DataFrame]) -> None:
     assert stop.loc['experimental'].tolist() == [1.0, 0.0]
     selectivity = behaviour.selectivity(rates).groupby('treatment').selectivity.mean()
     assert selectivity.to_dict() == {'control': 0.0, 'experimental': 1.0}
-    words = behaviour.by_word(store['robustness'], limits)
-    assert set(words.columns) >= {'word', 'forward', 'backward', 'stop'}
 
 
 def test_verdicts_follow_their_rules(store: dict[str, pd.DataFrame]) -> None:
@@ -89,7 +159,39 @@ def test_verdicts_follow_their_rules(store: dict[str, pd.DataFrame]) -> None:
     assert verdicts['Balanced set, control: more movement under th'].verdict == REPLICATES
     assert verdicts['Balanced set, word2vec: no difference between'].verdict == CONSISTENT
     assert verdicts['Balanced set, control: almost as much movemen'].verdict == REPLICATES
-    assert len(verdicts) == 9
+    # In all bodies alike: nothing here says that the body matters.
+    assert verdicts['Morphology facilitates or obstructs the groun'].verdict == NOT
+    assert verdicts['Balanced set: under the unheard stop word, wo'].verdict == REPLICATES
+    assert len(verdicts) == 11
+
+
+def test_beyond_the_paper(store: dict[str, pd.DataFrame]) -> None:
+    table = per_run(store['runs'], store['outcomes'], store['robustness'])
+    rates = behaviour.lexicon(store['robustness'], thresholds_m(table))
+    tested = compare_all(comparisons(table, behaviour.selectivity(rates)))
+    perturbed, pybullet, lexicon = beyond(tested, table)
+    assert (perturbed.verdict, lexicon.verdict) == (HOLDS, HOLDS)
+    assert (pybullet.verdict, pybullet.here) == (UNTESTED, 'not scored')
+    # Where control champions stop from perturbed starts, the difference is gone.
+    moved = store['robustness'].copy()
+    moved.loc[(moved.body == 'minimal') & (moved.role == 'held_out'), 'displacement_m'] = 0.01
+    table = per_run(store['runs'], store['outcomes'], moved)
+    perturbed, *_ = beyond(compare_all(comparisons(table)), table)
+    assert perturbed.verdict == HOLDS_IN_PART
+    assert 'not in Minimal' in perturbed.here
+
+
+def test_that_the_body_matters_takes_effects_that_differ() -> None:
+    """Significant in one body and in no other, far apart or near."""
+    apart = tables(WHOLE, seeds=20)
+    outcomes = apart['outcomes']
+    unheard = (outcomes.role == 'held_out') & (outcomes.body != 'quadruped')
+    outcomes.loc[unheard, 'displacement_m'] = np.random.default_rng(0).uniform(size=unheard.sum())
+    table = per_run(apart['runs'], outcomes)
+    found = findings(compare_all(comparisons(table)), table)
+    [morphology] = [one for one in found if one.claim.startswith('Morphology')]
+    assert morphology.verdict == REPLICATES
+    assert 'significant in 1 of 6' in morphology.here
 
 
 def test_claims_about_six_bodies_are_not_judged_on_one() -> None:
@@ -97,7 +199,7 @@ def test_claims_about_six_bodies_are_not_judged_on_one() -> None:
     table = per_run(small['runs'], small['outcomes'])
     found = findings(compare_all(comparisons(table)), table)
     untested = [one for one in found if one.verdict == UNTESTED]
-    assert len(untested) == 3
+    assert len(untested) == 4
     assert all('2DOF sphere without sensors' in one.here for one in untested)
 
 

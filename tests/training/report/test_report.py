@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import socket
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -14,11 +15,14 @@ import pytest
 from tests.training.report.report_data import tables
 from tests.training.study_files import main_command, plain, run_inline
 from training.evolution.vectors import vectors
-from training.report import figures, figures_robustness
+from training.report import behaviour, figures, figures_robustness, pages
 from training.report import tables as report_tables
-from training.report.comparisons import comparisons, panels, per_run
+from training.report.comparisons import comparisons, panels, per_run, thresholds_m
+from training.report.findings import beyond, findings
 from training.report.published import COMMANDS, COSINES, FITNESS, TITLES
+from training.report.robustness import robustness_section
 from training.report.statistics import compare_all, median_interval
+from training.report.verdicts import UNTESTED
 
 WHOLE = {**{('paper', body): 1.0 for body in TITLES}, ('balanced', 'quadruped'): 1.0}
 
@@ -61,11 +65,18 @@ def test_the_page_needs_nothing_beside_it(reported: Path) -> None:
     page = Page()
     page.feed(text)
     assert page.open == []
-    assert len(page.sources) == 7
-    assert all(source.startswith('data:image/png;base64,') for source in page.sources)
+    pictures = [source for source in page.sources if not source.startswith('#')]
+    assert len(pictures) == 8
+    assert all(source.startswith('data:image/png;base64,') for source in pictures)
+    for source in page.sources:
+        assert not source.startswith('#') or f'id="{source[1:]}"' in text
+    for fact in ('@media print', 'Provenance', 'hash of the commands’ vectors', 'batched, float32',
+                 'Objective: program', 'commit '):
+        assert fact in text, fact
     assert 'http' not in re.sub(r'data:image/png;base64,[^"]*', '', text)
-    for heading in ('What replicates', 'What differs from the paper', 'Figure 4', 'Figures 5 and 6',
-                    'Table III', 'Tables I and II', 'elsewhere', 'All comparisons', 'Time'):
+    for heading in ('What replicates', 'Beyond the paper', 'What differs from the paper',
+                    'Figure 4', 'Figures 5 and 6', 'Table III', 'Tables I and II',
+                    'elsewhere', 'All comparisons', 'Time'):
         assert any(heading in found for found in page.headings), heading
     assert 'nan' not in re.sub(r'data:image/png;base64,[^"]*', '', text).lower().split()
 
@@ -73,7 +84,7 @@ def test_the_page_needs_nothing_beside_it(reported: Path) -> None:
 def test_every_figure_comes_as_png_and_pdf(reported: Path) -> None:
     names = {path.stem for path in (reported / 'figures').glob('*.png')}
     assert names == {'fitness', 'priming', 'displacement', 'balanced', 'conditions', 'lexicon',
-                     'similarity'}
+                     'similarity', 'effects'}
     for name in names:
         assert (reported / 'figures' / f'{name}.pdf').read_bytes().startswith(b'%PDF')
         picture = matplotlib.image.imread(reported / 'figures' / f'{name}.png')
@@ -90,11 +101,65 @@ def test_the_same_results_give_the_same_report(reported: Path, tmp_path: Path) -
 def test_the_summary_has_every_comparison_and_the_papers_numbers(reported: Path) -> None:
     text = (reported / 'summary.md').read_text(encoding='utf-8')
     rows = pd.read_csv(reported / 'comparisons.csv')
-    assert len(rows) == 2 * 9
-    assert {'p', 'p, Holm', 'method', 'rank-biserial', 'common language', 'U'} <= set(rows.columns)
+    assert len(rows) == 2 * 10
+    numbers = ['p', 'p_holm', 'rank_biserial', 'common_language', 'u', 'median_first']
+    assert rows[numbers].dtypes.eq(float).all(), 'in full precision'
+    assert (rows.p_holm >= rows.p).all()
+    assert (rows.rank_biserial_low <= rows.rank_biserial).all()
     assert '1.84 (0.07)' in text
     assert '0.42 (0.42)' in text
     assert 'no runs of: Minimal' in text
+
+
+def test_what_is_published_can_be_committed(reported: Path, tmp_path: Path) -> None:
+    stale = tmp_path / 'docs' / 'figures' / 'gone.png'
+    stale.parent.mkdir(parents=True)
+    stale.write_bytes(b'')
+    assert main_command('report', reported.parent, '--out', tmp_path / 'report',
+                        '--publish', tmp_path / 'docs') == 0
+    docs = tmp_path / 'docs'
+    assert {path.name for path in docs.iterdir()} == {'summary.md', 'comparisons.csv', 'figures'}
+    assert not stale.exists()
+    text = (docs / 'summary.md').read_text(encoding='utf-8')
+    linked = set(re.findall(r'\]\((figures/[^)]+)\)', text))
+    assert linked == {f'figures/{path.name}' for path in (docs / 'figures').iterdir()}
+    for path in (docs / 'figures').iterdir():
+        assert path.stat().st_size <= pages.LARGEST_BYTES
+    # Nothing of this machine.
+    assert str(reported) not in text
+    assert socket.gethostname() not in text
+
+
+@pytest.mark.parametrize('lacking', ['one run', 'one treatment', 'robustness', 'pybullet',
+                                     'lexicon'])
+def test_partial_studies_are_reported_with_what_they_lack(lacking: str) -> None:
+    seeds = 1 if lacking == 'one run' else 3
+    store = tables({('paper', 'minimal'): 1.0, ('balanced', 'quadruped'): 1.0}, seeds=seeds)
+    if lacking == 'one treatment':
+        store = {name: table[table.treatment == 'control'] for name, table in store.items()}
+    if lacking in ('robustness', 'lexicon'):
+        kept = () if lacking == 'robustness' else ('perturbed',)
+        store['robustness'] = store['robustness'][store['robustness'].condition.isin(kept)]
+    table = per_run(store['runs'], store['outcomes'], store['robustness'])
+    limits = thresholds_m(table)
+    rates = (behaviour.lexicon(store['robustness'], limits)
+             if (store['robustness'].condition == 'lexicon').any() else None)
+    tested = compare_all(comparisons(
+        table, None if rates is None else behaviour.selectivity(rates)))
+    about = {'config': {'name': 'x', 'robustness': {'perturbed_starts': 1, 'pybullet_starts': 1}},
+             'identity': {'vocabulary': 'default'}}
+    section = robustness_section(store, table, rates, limits, tested, about)
+    text = ' '.join(section.paragraphs)
+    assert ('No champion has been scored again yet' in text) == (lacking == 'robustness')
+    assert ('PyBullet: no champion was scored in it' in text) == (lacking != 'robustness')
+    assert ('lexicon' in section.figures) == (lacking not in ('robustness', 'lexicon'))
+    assert figures.bars(table, tested, panels(table)) is not None
+    assert figures.fitness(store['history'], panels(table)) is not None
+    verdicts = {one.verdict for one in [*findings(tested, table), *beyond(tested, table)]}
+    assert verdicts == {UNTESTED}, 'so few runs decide nothing'
+    for frame in (*section.tables.values(), report_tables.displacement(table),
+                  report_tables.by_held_out(table), report_tables.all_comparisons(tested)):
+        assert 'nan' not in frame.to_csv(), frame
 
 
 def test_a_study_without_runs_is_an_error(

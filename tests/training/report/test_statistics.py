@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from training.report.statistics import (
     Comparison,
     Sample,
+    common_language_interval,
     compare_all,
     median_error,
     median_interval,
@@ -96,3 +97,34 @@ def test_the_error_of_a_median_is_near_theory() -> None:
     values = np.random.default_rng(2).normal(size=400)
     # Asymptotic standard error of a normal sample's median: 1.2533 sigma / sqrt(n).
     assert median_error(values) == pytest.approx(1.2533 / 20, rel=0.35)
+
+
+def test_the_interval_of_an_effect_is_newcombes() -> None:
+    # The ends solve (x - estimate)^2 = z^2 var(x), with var(x) worked out by hand for 10 and 10:
+    # x (1 - x) (1 + 9 (1 - x) / (2 - x) + 9 x / (1 + x)) / 100.
+    for estimate in (0.2, 0.5, 0.9):
+        for x in common_language_interval(estimate, 10, 10):
+            variance = x * (1 - x) * (1 + 9 * (1 - x) / (2 - x) + 9 * x / (1 + x)) / 100
+            assert (x - estimate) ** 2 == pytest.approx(1.959964 ** 2 * variance, rel=1e-5)
+    low, high = common_language_interval(0.5, 10, 10)
+    assert low + high == pytest.approx(1), 'symmetric'
+
+
+def test_samples_without_overlap_have_an_interval_with_a_width() -> None:
+    [tested] = compare_all([compared([float(10 + i) for i in range(20)],
+                                     [float(i) / 2 for i in range(20)])])
+    low, high = tested.interval
+    assert (tested.rank_biserial, high) == (1.0, 1.0)
+    assert 0.6 < low < 0.95
+    assert common_language_interval(0.0, 1, 1)[0] == 0.0
+    assert common_language_interval(0.0, 1, 1)[1] > 0.5, 'two runs say next to nothing'
+
+
+def test_the_interval_of_an_effect_covers_it_about_as_often_as_it_says() -> None:
+    rng = np.random.default_rng(3)
+    truth = 0.7602  # P(X > Y) for X ~ N(1, 1), Y ~ N(0, 1): Phi(1 / sqrt 2)
+    first, second = rng.normal(1, 1, (400, 20, 1)), rng.normal(0, 1, (400, 1, 20))
+    covered = [low <= truth <= high for low, high in (
+        common_language_interval(float(estimate), 20, 20)
+        for estimate in (first > second).mean(axis=(1, 2)))]
+    assert 0.91 <= np.mean(covered) <= 0.99

@@ -1,5 +1,6 @@
 """From random numbers to a champion: ears, careful mutation, the choice, and the blind look."""
 
+import argparse
 import json
 from dataclasses import replace
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from training.evolution.operators import Layout, random_genomes
-from training.robust import blind, ears, gate, lineage, quadruped
+from training.robust import blind, ears, gate, lineage, quadruped, rest
 from training.robust.careful import careful_mutation
 from training.robust.hidden_life import live
 from training.robust.lineage import Candidate, Lineage
@@ -80,6 +81,19 @@ def test_the_screen_counts_words_and_wants_two_rhythms(vectors, walker):
     assert both.two.tolist() == [False, True]
     assert both.order().tolist() == [1]
     assert both.trained[1] == 1.0
+
+
+def test_rest_is_told_word_by_word_and_hangs_on_the_feet(vectors, walker, capsys):
+    signals = np.array([vectors[word] for word, _asked in ROLES.trained])
+    assert rest.rests(walker, signals, 0.0).tolist() == [False, False, True, True]
+    # A strong input from the feet holds every neuron where it is.
+    heavy = walker.hidden_weights.copy()
+    heavy[:, 6:] = 20.0
+    standing = replace(walker, hidden_weights=heavy)
+    assert rest.rests(standing, signals, 0.0).tolist() == [False, False, True, True]
+    assert rest.rests(standing, signals, 1.0).all()
+    assert rest.main(argparse.Namespace(controller='nobody', vocabulary='default')) == 2
+    assert 'nobody' in capsys.readouterr().err
 
 
 def test_ears_are_found_once(tmp_path, vectors):

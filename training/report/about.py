@@ -1,0 +1,139 @@
+"""What a study consists of and where it comes from: size, provenance, time, differences."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import pandas as pd
+
+from training.report import tables
+from training.report.comparisons import panels, select
+from training.report.parts import Section
+from training.report.published import GENERATIONS, RUNS_AN_ARM, title
+from training.study.directory import StudyDirectory, read_json
+from training.study.lexicon import lexicon_sha256, load_lexicon
+
+
+def lead(runs: pd.DataFrame, about: dict[str, Any]) -> str:
+    """Return the report's first sentences: how much was computed, with what."""
+    identity = about['identity']
+    cpu = runs.cpu_s.fillna(runs.wall_s).sum() / 3600
+    return (f'{len(runs)} evolutionary runs of {identity["generations"]:,} generations and '
+            f'{int(runs.evaluations.sum()):,} simulations in {cpu:.1f} core hours. Engine: '
+            f'{identity["engine"]}, {identity["precision"]}. Objective: {identity["objective"]}. '
+            f'Program {identity["program_version"]}, commit {commits(runs)}. Vocabulary '
+            f'{identity["vocabulary"]}, its vectors’ hash {identity["vocabulary_sha256"][:12]}.')
+
+
+def commits(runs: pd.DataFrame) -> str:
+    """Return the commits that made the runs, ten digits each, with a note of changes to them."""
+    found = (str(commit).partition('+') for commit in runs.git_commit.fillna(''))
+    return ', '.join(sorted({commit[:10] + plus + rest for commit, plus, rest in found
+                             if commit})) or 'unknown'
+
+
+def unfinished(runs: pd.DataFrame, about: dict[str, Any]) -> str:
+    """Return what of the configured study is missing or more, '' if it is all there."""
+    configured: Counter[tuple[str, str, str]] = Counter()
+    for one in about['config']['experiments']:
+        for body in one['bodies']:
+            for treatment in one['treatments']:
+                configured[one['words'], body, treatment] += one['seeds']
+    there = Counter(zip(runs.word_set, runs.body, runs.treatment, strict=True))
+    missing = configured - there
+    if not missing:
+        return ''
+    return (f'Unfinished: {sum(missing.values())} of {sum(configured.values())} configured runs '
+            'are not there yet (' + ', '.join(
+                f'{title(words, body)} {treatment} {there[words, body, treatment]} of '
+                f'{configured[words, body, treatment]}'
+                for words, body, treatment in missing) + '). Numbers below may still change.')
+
+
+def provenance_section(study: StudyDirectory, runs: pd.DataFrame, about: dict[str, Any]) -> Section:
+    """Return the part on what made the runs, as every run's provenance.json has it."""
+    identity = about['identity']
+    places = [read_json(study.run_directory(run) / 'provenance.json')['environment']
+              for run in runs.run]
+    started = sorted(place['started_utc'] for place in places if place.get('started_utc'))
+    versions: dict[str, set[str]] = {'python': {str(place.get('python')) for place in places}}
+    for place in places:
+        for name, version in place.get('packages', {}).items():
+            versions.setdefault(name, set()).add(version or 'none')
+    rows = {
+        'study': about['config']['name'],
+        'program version': identity['program_version'],
+        'commit': commits(runs),
+        'hash of the sources that decide a run': identity['sources_sha256'],
+        'engine, precision': f'{identity["engine"]}, {identity["precision"]}',
+        'objective': identity['objective'],
+        'population, generations': f'{identity["population"]}, {identity["generations"]:,}',
+        'vocabulary': identity['vocabulary'],
+        'hash of the commands’ vectors': identity['vocabulary_sha256'],
+        'hash of the lexicon': lexicon_sha256(load_lexicon()),
+        'runs started (UTC)': f'{started[0]} to {started[-1]}' if started else 'unknown',
+        'versions': ', '.join(f'{name} {" / ".join(sorted(found))}'
+                              for name, found in versions.items()),
+        'machines': str(len({place.get('host') for place in places})),
+    }
+    section = Section('Provenance')
+    section.paragraphs.append(
+        'Every run keeps this beside its champion; runs of another identity (version, sources, '
+        'engine, objective, population, generations, vectors) are refused, so all runs of this '
+        'report share it. Same seed, same bits: any run can be made again and compared.')
+    section.tables['What made the runs.'] = pd.DataFrame(
+        {'value': list(rows.values())}, index=pd.Index(list(rows), dtype=object))
+    return section
+
+
+def differences(runs: pd.DataFrame, about: dict[str, Any]) -> list[str]:
+    """Return in what this study is not the paper's, in sentences."""
+    identity = about['identity']
+    arms = runs.groupby(['word_set', 'body', 'treatment']).size()
+    lengths = {body: float(select(runs, (word_set, body)).body_length_m.iloc[0])
+               for word_set, body in panels(runs)}
+    lines = [
+        f'Size: {arms.min()} to {arms.max()} runs a body and treatment where the paper has '
+        f'{RUNS_AN_ARM}, so differences that are significant there may not be so here.',
+        f'Engine: {identity["engine"]} ({identity["precision"]}), where the paper used Pyrosim on '
+        'ODE 0.12; how closely it repeats recorded evaluations: `python -m training fidelity`.',
+    ]
+    if identity['generations'] != GENERATIONS:
+        lines.insert(1, f'Length: {identity["generations"]:,} generations where the paper has '
+                     f'{GENERATIONS:,}.')
+    if identity['objective'] == 'program':
+        lines.append('Objective: the published program’s. Under stop words it takes away the '
+                     'length of the path in x-y; the paper’s text says the final distance.')
+    if 'balanced' in set(runs.word_set):
+        lines.append('Balanced set: trained on “forwards”, where the paper has the misspelling '
+                     '“foward”, which the vocabulary lacks.')
+    lines += [
+        'World: gravity of -1 m/s² and viscous contact, as in the published program; the paper '
+        'does not mention them.',
+        'Spheres with sensors feel their joint’s angle, as the paper says; in the published '
+        'program a defect wired those synapses to a motor neuron.',
+        'Unit of the statistics: the run. A run’s displacement under several commands enters as '
+        'their mean. The paper does not say how it pooled commands.',
+        'Comparisons: the paper’s 56, and those on robustness, all corrected together, which asks '
+        'more of each.',
+        'Body lengths: ' + ', '.join(
+            f'{title("paper", body)} {length:g} m' for body, length in lengths.items())
+        + '. The paper does not state its own.',
+        'The paper prints no heights of its figures’ bars: beside figures stand the claims of its '
+        'text, beside tables its numbers.',
+    ]
+    return lines
+
+
+def time_section(runs: pd.DataFrame) -> Section:
+    """Return the part on what runs cost, and the paper’s study would."""
+    section = Section('Time')
+    section.tables['Times of runs, one core each.'], hours = tables.timing(runs)
+    section.paragraphs.append(
+        'Projected from these runs: the paper’s study (1,200 runs and 200 of the balanced set, '
+        f'{GENERATIONS:,} generations) takes {hours:.1f} core hours, {hours / 2:.1f} hours on two '
+        'cores of its own. It rests on CPU times where they are known: wall times count what else '
+        'the machine did.' if hours is not None else
+        'The projection for the paper’s study needs runs of all its bodies and the balanced set.')
+    return section
