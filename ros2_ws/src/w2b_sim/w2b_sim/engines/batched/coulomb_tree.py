@@ -56,6 +56,9 @@ def solve_coulomb_tree(layout, tables, state, frame, composite, solve, near, cou
             base = _visit_motor(layout, tables, solve, d, h, base)
         for i in range(slots):
             base = _visit_contact(layout, tables, solve, used[i], slip_per_h, friction, base)
+    # The last word is the joints': no stop is passed for the sake of a contact.
+    for d in range(layout.dynamic):
+        base = _visit_motor(layout, tables, solve, d, h, base)
     set_base(layout, solve.y, base)
     for d in range(layout.dynamic):
         state.motor[d] = solve.motor_impulse[d]

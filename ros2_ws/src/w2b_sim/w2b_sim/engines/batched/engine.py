@@ -30,7 +30,7 @@ BITS = {'single': 32, 'float32': 32, 'double': 64, 'float64': 64}
 VISCOUS_SWEEPS = {32: (4, 6), 64: (24, 32)}
 COULOMB_SWEEPS = 10
 #: Torque-limited joints' rows are strongly coupled to those of dry friction and converge slowly.
-DYNAMIC_COULOMB_SWEEPS = {32: 10, 64: 20}
+DYNAMIC_COULOMB_SWEEPS = {32: 12, 64: 20}
 #: ... and their visits wait for one another: more lanes than a register has fill the time.
 DYNAMIC_COULOMB_REGISTERS = 2
 #: In worlds with dry friction, whose reference is PyBullet, a contact begins at Bullet's distance:
