@@ -214,9 +214,34 @@ def test_a_killed_robust_run_ends_in_the_same_population(tmp_path):
 def test_without_touch_the_sensors_are_silent():
     search = RobustSearch(SMALL, HEARD, None)
     genomes = search.afpo.population.genomes
-    deaf = search.layout.network(search._felt(genomes, SMALL.stages[0]))
+    assert search.gain == 0.0
+    deaf = search.layout.network(search._felt(genomes))
     assert not deaf.hidden_weights[..., 6:].any()
-    assert search._felt(genomes, SMALL.stages[1]) is genomes
+    search.gain = 1.0
+    assert search._felt(genomes) is genomes
+
+
+def test_touch_grows_over_a_stage_that_follows_one_without():
+    walk, feel = (replace(SMALL.stages[0], generations=20, touch=False, redraw=10),
+                  replace(SMALL.stages[0], generations=100, touch=True, redraw=10))
+    search = RobustSearch(replace(SMALL, stages=(walk, feel)), HEARD, None)
+    gains = [search._gain(generation) for generation in range(120)]
+    assert gains[:20] == [0.0] * 20
+    assert gains[20] == gains[29] == pytest.approx(1 / 7)
+    assert gains[30] == pytest.approx(2 / 7)
+    assert (np.diff(gains) >= 0).all()
+    assert gains[80:] == [1.0] * 40
+    search.gain = 0.5
+    genomes = search.afpo.population.genomes
+    whole, half = (search.layout.network(each).hidden_weights
+                   for each in (genomes, search._felt(genomes)))
+    assert half[..., 6:] == pytest.approx(whole[..., 6:] / 2)
+    assert half[..., :6].tobytes() == whole[..., :6].tobytes()
+    search._begin_to_feel()
+    touch = search._touch(search.afpo.population.genomes)
+    assert (touch != 0).all()
+    assert len(np.unique(touch)) == touch.size
+    assert np.abs(touch).max() < 0.5
 
 
 def test_every_behaviour_needs_a_word():
