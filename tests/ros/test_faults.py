@@ -207,6 +207,7 @@ def test_a_killed_brain_leaves_the_body_waiting_and_its_successor_stands(system)
     assert system.tell('forward')[0] == 0
     system.spin_for_frames(100)
     brain.kill()
+    system.statuses.clear()
     system.wait_for_status('sim: targets', 1, 'no targets: the body waits')
     frozen = system.last_frame()
     system.forget()
