@@ -182,17 +182,18 @@ def test_bad_targets_move_nothing_and_are_told(robot):
     assert robot.off()
 
 
-def provoke(robot, request, text, undo):
+def provoke(robot, request, texts, undo):
     """Do something to the chips under a driven robot, and wait for the fault that it is."""
     def told():
         status = robot.system.statuses.get('hardware: safety')
-        return status is not None and status.level[0] == 2 and text in status.message
+        return (status is not None and status.level[0] == 2
+                and any(text in status.message for text in texts))
     for _ in range(5):
         robot.walk()
         robot.system.statuses.clear()
         robot.chips.request(request)
         # On a busy machine targets may stop first, and a robot that relaxed has no fault.
-        robot.system.wait(lambda: told() or robot.state() == 'DISARMED', f'{text!r}, or relaxed')
+        robot.system.wait(lambda: told() or robot.state() == 'DISARMED', f'{texts}, or relaxed')
         if told():
             return
         robot.chips.request(undo)
@@ -200,9 +201,10 @@ def provoke(robot, request, text, undo):
 
 
 def test_a_brown_out_is_a_fault_and_a_stuck_bus_is_told(robot):
-    provoke(robot, {'power_on': True}, 'lost power', {})
+    # Power that goes between two reads of a health check leaves a chip half as it was set up.
+    provoke(robot, {'power_on': True}, ('lost power', 'not as it was set up'), {})
     assert robot.off()
-    provoke(robot, {'held': True}, 'CUT THEIR SUPPLY', {'held': False})
+    provoke(robot, {'held': True}, ('CUT THEIR SUPPLY',), {'held': False})
     released_s = time.monotonic()
     robot.chips.request({'held': False})
     robot.wait_until_off()
