@@ -84,10 +84,13 @@ def test_paced_walks_with_the_clock_and_holds_still_without_a_brain(system):
     assert walked[0] > 0.03
     brain.kill()
     system.wait_for_status('sim: targets', 1, 'no targets: the body holds its last targets')
-    system.spin_for_frames(20)
-    settled = system.positions_m[max(system.positions_m)]
-    system.spin_for_frames(100)
-    rest = np.subtract(system.positions_m[max(system.positions_m)], settled)
+    # Servos of 1 rad/s still have their way to go, and a body caught in mid-stride may sink.
+    for _ in range(6):
+        settled = system.positions_m[max(system.positions_m)]
+        system.spin_for_frames(100)
+        rest = np.subtract(system.positions_m[max(system.positions_m)], settled)
+        if np.abs(rest).max() < 0.01:
+            break
     assert np.abs(rest).max() < 0.01
 
 
