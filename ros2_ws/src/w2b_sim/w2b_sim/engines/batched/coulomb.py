@@ -25,9 +25,6 @@ from w2b_sim.engines.batched.rigid import (
 )
 from w2b_sim.engines.batched.simd import any_lane, fma, vmax, vsqrt, where
 
-#: Keeps the direction of a friction impulse of zero defined, (N s)^2.
-TINY = 1e-24
-
 
 @inlined
 def solve_coulomb(layout, state, frame, composite, contacts, near, count, erp_per_h, slip_per_h,
