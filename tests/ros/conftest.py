@@ -84,6 +84,7 @@ def walking(_sim_and_brain):
     system = _sim_and_brain
     system.pause(True)
     assert system.transition('deactivate')
+    system.wait_for_no_brain()
     system.forget()
     system.answers.clear()
     assert system.transition('activate')

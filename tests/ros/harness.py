@@ -108,7 +108,8 @@ class System:
         node = self.node
         self._commands = node.create_publisher(String, 'command', 10)
         node.create_subscription(Odometry, 'odom', self._on_odometry, EVERYTHING)
-        node.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, EVERYTHING)
+        self._trajectories = node.create_subscription(
+            JointTrajectory, 'joint_trajectory', self._on_targets, EVERYTHING)
         node.create_subscription(DiagnosticStatus, 'command_answer', self.answers.append, LATCHED)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, EVERYTHING)
 
@@ -227,8 +228,14 @@ class System:
         return self.last_answer()
 
     def wait_for_brain(self) -> None:
-        """Wait until a brain listens."""
-        self.wait(lambda: self.answers, 'an active brain')
+        """Wait until a brain listens to this client, and what it sends comes here."""
+        self.wait(lambda: self.answers and self._commands.get_subscription_count()
+                  and self._trajectories.get_publisher_count(), 'an active brain')
+
+    def wait_for_no_brain(self) -> None:
+        """Wait until this client has no ends of a brain's topics left, which would look alive."""
+        self.wait(lambda: not self._commands.get_subscription_count()
+                  and not self._trajectories.get_publisher_count(), 'the end of the brain')
 
     def wait_for_status(self, name: str, level: int, text: str = '') -> DiagnosticStatus:
         """Wait for a status of this level with this text in its message."""
