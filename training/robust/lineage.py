@@ -28,8 +28,9 @@ from training.evolution import checkpoint
 from training.evolution.operators import Array, Layout
 from training.evolution.treatments import GATE, Words, generator
 from training.robust import ears, gate
+from training.robust.config import RobustConfig, Stage
 from training.robust.listening import Listening
-from training.robust.search import RobustConfig, Stage, train
+from training.robust.search import train
 from training.robust.word_roles import WordRoles
 from w2b_controller.network import Network
 from w2b_sim import bodies

@@ -17,7 +17,7 @@ AFPO as in a plain run, but each generation is judged in many drawn situations (
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -31,16 +31,16 @@ from training.evolution.checkpoint import CheckpointError, save_array
 from training.evolution.operators import Layout, mutate_mixed, random_genomes
 from training.evolution.run import Progress
 from training.evolution.rundir import RunDirectory
-from training.evolution.treatments import Words
+from training.robust import touch
 from training.robust.careful import careful_mutation
-from training.robust.listening import Listening, listen, newcomers
-from training.robust.objective import FREE_STRAY_M, STRAY_WEIGHT, fitness, values
-from training.robust.scenarios import DIRECTION, MOVE_NOISE, Randomisation, Scenario, draw
+from training.robust.config import RobustConfig, Stage
+from training.robust.listening import listen, newcomers
+from training.robust.objective import fitness, values
+from training.robust.scenarios import DIRECTION, Randomisation, Scenario, draw
 from w2b_controller import __version__
 from w2b_controller.network import Network
 from w2b_sim import bodies
 from w2b_sim.engines.interface import Start
-from w2b_sim.worlds import WORLDS, World
 
 Array = NDArray[np.float64]
 
@@ -48,115 +48,8 @@ Array = NDArray[np.float64]
 REJECTED = -10.0
 #: A child may be this much worse than its parent in the first situations and still be tried.
 TOLERANCE = 0.01
-#: Part of a stage's generations over which touch that was not felt before grows to its full size,
-#: and standard deviations of the synapses that it begins with.
-GROWING, TOUCH_SIZES = 0.7, (0.02, 0.04, 0.08)
-#: How many of the best begin to feel.
-WALKERS = 5
 #: Weight of the newest draw in an individual's fitness.
 NEWEST = 0.3
-
-
-@dataclass(frozen=True)
-class Stage:
-    """
-    A part of the robust training.
-
-    `generations` long; `moves` situations a direction and `stops` for standing still, drawn anew
-    every `redraw` generations (0: never, so that small gains are not lost in the luck of the draw),
-    each for the share `length` of the world's steps; words as they are unless `vectors`; touch
-    sensors read 0 unless `touch`; progress counts up to `clip_m`, extrapolated to the whole;
-    straying under a stop word costs `stray_weight` for each metre beyond `free_stray_m`.
-    """
-
-    generations: int
-    moves: int
-    stops: int
-    redraw: int
-    touch: bool
-    clip_m: float
-    vectors: bool = True
-    length: float = 1.0
-    stray_weight: float = STRAY_WEIGHT
-    free_stray_m: float = FREE_STRAY_M
-
-
-#: Walk both ways, however slowly; harden; use the touch sensors, where the body has any. The clip
-#: stays low: who gets far in some worlds only has learnt those worlds.
-STAGES = (Stage(150, 6, 3, 0, False, 0.6, vectors=False), Stage(200, 9, 6, 15, False, 0.6),
-          Stage(400, 9, 6, 12, True, 0.6))
-
-
-@dataclass(frozen=True)
-class RobustConfig:
-    """
-    What decides the outcome of a robust training run.
-
-    Attributes
-    ----------
-    body, seed, world, vocabulary, population
-        As in `RunConfig`.
-    words
-        (word, behaviour) pairs to train on.
-    physics_steps
-        Of one control period in training; 0 for the world's own.
-    randomisation
-        The means in use.
-    listening
-        Before the first stage.
-    stages
-        One after the other.
-    move_noise
-        As in `scenarios.draw`.
-    careful
-        Most children keep their parent's hidden weights, and none hears the words worse than its
-        parent (`careful.careful_mutation`): for newcomers that hear well from the start.
-    aggregate
-        How three behaviours make one fitness, see `objective.fitness`.
-
-    """
-
-    body: str
-    seed: int
-    words: Words
-    world: str = ''
-    vocabulary: str = 'default'
-    population: int = 50
-    physics_steps: int = 0
-    randomisation: Randomisation = field(default_factory=Randomisation)
-    listening: Listening = field(default_factory=Listening)
-    stages: tuple[Stage, ...] = STAGES
-    move_noise: float = MOVE_NOISE
-    careful: bool = False
-    aggregate: str = 'balanced'
-
-    def __post_init__(self) -> None:
-        """Check the fields (ValueError, naming the field, with what was expected and what came)."""
-        if self.world == '':
-            object.__setattr__(self, 'world', bodies.get(self.body).world)
-        if self.world not in WORLDS:
-            raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {self.world!r}')
-        missing = sorted(set(DIRECTION) - {behaviour for _word, behaviour in self.words})
-        if missing:
-            raise ValueError(f'words: expected at least one for each behaviour, got none for '
-                             f'{missing[0]!r}')
-
-    @property
-    def generations(self) -> int:
-        """Of all stages together."""
-        return sum(stage.generations for stage in self.stages)
-
-    def training_world(self) -> World:
-        """Return the nominal world of the training."""
-        world = WORLDS[self.world]
-        return replace(world, physics_steps=self.physics_steps) if self.physics_steps else world
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the configuration as a JSON object."""
-        value = asdict(self)
-        value['words'] = [list(pair) for pair in self.words]
-        value['stages'] = [asdict(stage) for stage in self.stages]
-        return value
 
 
 def train(config: RobustConfig, directory: Path | str,
@@ -180,9 +73,7 @@ def train(config: RobustConfig, directory: Path | str,
 
         vocabulary = Vocabulary.load(config.vocabulary)
         vectors = {word: vocabulary.vector(word) for word, _behaviour in config.words}
-    heard = {behaviour: np.array([np.asarray(vectors[word], dtype=np.float64)
-                                  for word, asked in config.words if asked == behaviour])
-             for behaviour in DIRECTION}
+    heard = vectors_by_behaviour(config, vectors)
     identity = {'config': config.to_json(), 'program_version': __version__,
                 'vectors': {word: treatments.vector_hash(vectors[word])
                             for word, _behaviour in config.words}}
@@ -190,6 +81,14 @@ def train(config: RobustConfig, directory: Path | str,
         search = RobustSearch(config, heard, place, threads)
         search.evolve(progress, checkpoint_s, stages)
         return search.ranked()
+
+
+def vectors_by_behaviour(config: RobustConfig, vectors: Mapping[str, ArrayLike]
+                         ) -> dict[str, Array]:
+    """Return behaviour -> vectors (W, T) of the trained words that ask for it."""
+    return {behaviour: np.array([np.asarray(vectors[word], dtype=np.float64)
+                                 for word, asked in config.words if asked == behaviour])
+            for behaviour in DIRECTION}
 
 
 class RobustSearch:
@@ -219,7 +118,7 @@ class RobustSearch:
         #: Number of an individual -> its values (R,) in the scenario of now.
         self.values: dict[int, Array] = {}
         self.stage, self.scenario = self._situation(0)
-        self.gain = self._gain(0)
+        self.gain = self.config.touch_gain(0)
         state = place.resume(self.rng) if place is not None else None
         if state is not None:
             self._restore(state)
@@ -253,18 +152,13 @@ class RobustSearch:
             raise CheckpointError(f'checkpoint: does not belong to this run ({error}); delete it '
                                   'to start again from the first generation') from None
         self.stage, self.scenario = self._situation(max(0, self.afpo.generation - 1))
-        self.gain = self._gain(max(0, self.afpo.generation - 1))
+        self.gain = self.config.touch_gain(max(0, self.afpo.generation - 1))
 
     def _situation(self, generation: int) -> tuple[Stage, Scenario]:
         """Return the stage of a generation and the scenario drawn for it."""
-        begin = 0
-        stage = self.config.stages[-1]
-        for stage in self.config.stages:
-            if generation < begin + stage.generations:
-                break
-            begin += stage.generations
-        drawn = generation - (generation - begin) % stage.redraw if stage.redraw else begin
-        rng = treatments.generator(self.config.seed, treatments.VARIATIONS, drawn)
+        stage, _begin = self.config.stage_at(generation)
+        rng = treatments.generator(self.config.seed, treatments.VARIATIONS,
+                                   self.config.drawn_at(generation))
         means = self.config.randomisation
         if not stage.vectors:
             means = replace(means, vectors=False)
@@ -275,18 +169,9 @@ class RobustSearch:
         return draw(rng, self.heard, self.world, means, moves=moves, stops=stops,
                     move_noise=self.config.move_noise)
 
-    def _is_new(self, generation: int) -> bool:
-        """Whether a generation's scenario is not the one of the generation before."""
-        begin = 0
-        for stage in self.config.stages:
-            if begin <= generation < begin + stage.generations:
-                return (generation - begin) % (stage.redraw or stage.generations) == 0
-            begin += stage.generations
-        return False
-
     def judge(self, genomes: Array, scenario: Scenario, stage: Stage) -> Array:
         """Return the values (N, R) of genomes in each situation, see `objective`."""
-        network = self.layout.network(self._felt(genomes))
+        network = self.layout.network(touch.felt(genomes, self.layout, self.gain))
         earned = np.empty((len(genomes), len(scenario)))
         for soon in (False, True):
             chosen = np.flatnonzero(scenario.contact_soon == soon)
@@ -303,63 +188,13 @@ class RobustSearch:
     def _fitness(self, earned: Array, directions: NDArray[np.int64]) -> Array:
         return fitness(earned, directions, self.config.aggregate)
 
-    def _felt(self, genomes: Array) -> Array:
-        """Return the genomes with the sensors' synapses scaled to what is felt now."""
-        if self.gain == 1.0 or not self.layout.sensor_count:
-            return genomes
-        felt = genomes.copy()
-        self._touch(felt)[:] *= self.gain
-        return felt
-
-    def _touch(self, genomes: Array) -> Array:
-        """Return a view (N, H, S) of the synapses of the sensors."""
-        hidden, inputs = self.layout.hidden_shape
-        weights = genomes.reshape(len(genomes), -1)[:, :hidden * inputs]
-        strides = (weights.strides[0], inputs * weights.strides[1], weights.strides[1])
-        every = np.lib.stride_tricks.as_strided(weights, (len(genomes), hidden, inputs), strides)
-        return every[..., hidden + 1:]
-
-    def _gain(self, generation: int) -> float:
-        """
-        Return the share of the touch sensors' signals that is felt in a generation.
-
-        A stage with touch that follows one without lets it grow, a step at each draw, over the
-        first part of its generations: a gait is at stake.
-        """
-        begin, before = 0, True
-        stage = self.config.stages[-1]
-        for stage in self.config.stages:
-            if generation < begin + stage.generations:
-                break
-            begin, before = begin + stage.generations, stage.touch
-        if before or not stage.touch or not stage.redraw:
-            return float(stage.touch)
-        steps = int(np.ceil(GROWING * stage.generations / stage.redraw))
-        return min(1.0, ((generation - begin) // stage.redraw + 1) / steps)
-
-    def _begin_to_feel(self) -> None:
-        """
-        Let the best walkers feel: each in many copies, with small synapses drawn anew for each.
-
-        Most synapses upset a gait; which do not is found by trying many.
-        """
-        population = self.afpo.population
-        best = np.argsort(-population.fitness, kind='stable')[:WALKERS]
-        chosen = best[np.arange(len(population)) % len(best)]
-        genomes = population.genomes[chosen]
-        rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**30)
-        touch = self._touch(genomes)
-        size = rng.choice(TOUCH_SIZES, len(genomes))[:, None, None]
-        touch[:] = size * rng.standard_normal(touch.shape)
-        self.afpo.population = replace(population, genomes=genomes, ages=population.ages[chosen])
-
     def evolve(self, progress: Callable[[Progress], None] | None = None,
                checkpoint_s: float = 10.0, stages: int | None = None) -> None:
         """Run the generations that are left of the first `stages` stages."""
         began = saved = perf_counter()
         total = sum(stage.generations for stage in self.config.stages[:stages])
         while self.afpo.generation < total:
-            if self._is_new(self.afpo.generation):
+            if self.config.drawn_at(self.afpo.generation) == self.afpo.generation:
                 self._rescore()
             self._generation()
             now = perf_counter()
@@ -376,9 +211,11 @@ class RobustSearch:
         """Draw anew and score everybody in it."""
         before = self.gain
         self.stage, self.scenario = self._situation(self.afpo.generation)
-        self.gain = self._gain(self.afpo.generation)
+        self.gain = self.config.touch_gain(self.afpo.generation)
         if before == 0.0 and self.gain > 0.0 and self.afpo.generation:
-            self._begin_to_feel()
+            self.afpo.population = touch.begin_to_feel(
+                self.afpo.population, self.layout,
+                treatments.generator(self.config.seed, treatments.VARIATIONS, 2**30))
         population = self.afpo.population
         now = self.judge(population.genomes, self.scenario, self.stage)
         self.values = dict(zip(population.numbers.tolist(), now, strict=True))
@@ -431,15 +268,19 @@ class RobustSearch:
         place.save(state, self.rng)
 
     def ranked(self) -> tuple[Network, Array]:
-        """Return the population's networks and fitness, best first in 24 + 24 + 32 situations."""
-        stage = replace(self.stage, length=1.0)
-        rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**31)
-        scenario = self._draw(rng, self.config.randomisation, 24, 32)
+        """Return the population's networks and fitness, best first in a last, larger draw."""
         genomes = self.afpo.population.genomes
-        score = self._fitness(self.judge(genomes, scenario, stage), scenario.directions)
-        genomes = self._felt(genomes)
+        score = self.examine(genomes, self.config.randomisation)
         order = np.argsort(-score, kind='stable')
-        return self.layout.network(genomes[order]), score[order]
+        return (self.layout.network(touch.felt(genomes[order], self.layout, self.gain)),
+                score[order])
+
+    def examine(self, genomes: Array, means: Randomisation) -> Array:
+        """Return the fitness (N,) of genomes in 24 + 24 + 32 situations drawn with `means`."""
+        rng = treatments.generator(self.config.seed, treatments.VARIATIONS, 2**31)
+        scenario = self._draw(rng, means, 24, 32)
+        return self._fitness(self.judge(genomes, scenario, replace(self.stage, length=1.0)),
+                             scenario.directions)
 
 
 def _first_third(directions: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -449,6 +290,3 @@ def _first_third(directions: NDArray[np.int64]) -> NDArray[np.int64]:
         indices = np.flatnonzero(directions == direction)
         chosen.append(indices[:max(1, len(indices) // 3)])
     return np.sort(np.concatenate(chosen))
-
-
-__all__ = ['STAGES', 'RobustConfig', 'RobustSearch', 'Stage', 'train']

@@ -26,10 +26,11 @@ from training.evolution.champion import WordOutcome, write_champion
 from training.evolution.operators import Array, Layout
 from training.evolution.treatments import Words
 from training.robust import blind, ears, gate
+from training.robust.config import RobustConfig, Stage
 from training.robust.lineage import CHOICE_GATE, FINAL_GATE
 from training.robust.listening import Listening
 from training.robust.scenarios import Randomisation
-from training.robust.search import RobustConfig, Stage, train
+from training.robust.search import train
 from training.robust.word_roles import QUADRUPED as ROLES
 from w2b_controller import __version__
 from w2b_controller.network import Network

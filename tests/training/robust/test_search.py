@@ -10,13 +10,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from training.evolution.operators import Layout, random_genomes
-from training.robust import gate
+from training.robust import gate, touch
 from training.robust.champions import parse_seeds
+from training.robust.config import RobustConfig, Stage
 from training.robust.hidden_life import LATE, SETTLED, STEPS, live
 from training.robust.listening import Listening, listen, newcomers, score
 from training.robust.objective import WORST_STOP, fitness, values
 from training.robust.scenarios import Randomisation, draw
-from training.robust.search import RobustConfig, RobustSearch, Stage, train
+from training.robust.search import RobustSearch, train
 from w2b_controller.network import Network, prime, step
 from w2b_sim.engines.interface import Evaluation
 from w2b_sim.worlds import EARTH, PAPER
@@ -215,38 +216,45 @@ def test_without_touch_the_sensors_are_silent():
     search = RobustSearch(SMALL, HEARD, None)
     genomes = search.afpo.population.genomes
     assert search.gain == 0.0
-    deaf = search.layout.network(search._felt(genomes))
+    deaf = search.layout.network(touch.felt(genomes, search.layout, search.gain))
     assert not deaf.hidden_weights[..., 6:].any()
     search.gain = 1.0
-    assert search._felt(genomes) is genomes
+    assert touch.felt(genomes, search.layout, search.gain) is genomes
 
 
 def test_touch_grows_over_a_stage_that_follows_one_without():
     walk, feel = (replace(SMALL.stages[0], generations=20, touch=False, redraw=10),
                   replace(SMALL.stages[0], generations=100, touch=True, redraw=10))
-    search = RobustSearch(replace(SMALL, stages=(walk, feel)), HEARD, None)
-    gains = [search._gain(generation) for generation in range(120)]
+    config = replace(SMALL, stages=(walk, feel))
+    gains = [config.touch_gain(generation) for generation in range(120)]
     assert gains[:20] == [0.0] * 20
     assert gains[20] == gains[29] == pytest.approx(1 / 7)
     assert gains[30] == pytest.approx(2 / 7)
     assert (np.diff(gains) >= 0).all()
     assert gains[80:] == [1.0] * 40
-    search.gain = 0.5
-    genomes = search.afpo.population.genomes
-    whole, half = (search.layout.network(each).hidden_weights
-                   for each in (genomes, search._felt(genomes)))
+
+
+def test_feeling_begins_with_small_synapses_of_the_best():
+    search = RobustSearch(SMALL, HEARD, None)
+    layout, population = search.layout, search.afpo.population
+    population = replace(population, fitness=np.arange(len(population), dtype=float))
+    whole, half = (layout.network(each).hidden_weights for each in
+                   (population.genomes, touch.felt(population.genomes, layout, 0.5)))
     assert half[..., 6:] == pytest.approx(whole[..., 6:] / 2)
     assert half[..., :6].tobytes() == whole[..., :6].tobytes()
-    search._begin_to_feel()
-    touch = search._touch(search.afpo.population.genomes)
-    assert (touch != 0).all()
-    assert len(np.unique(touch)) == touch.size
-    assert np.abs(touch).max() < 0.5
+    feeling = touch.begin_to_feel(population, layout, np.random.default_rng(0))
+    begun = touch.synapses(feeling.genomes, layout)
+    assert (begun != 0).all()
+    assert len(np.unique(begun)) == begun.size
+    assert np.abs(begun).max() < 0.5
+    worst, best = population.genomes[0], population.genomes[-1]
+    assert feeling.genomes[0][-20:].tobytes() == best[-20:].tobytes()
+    assert not (feeling.genomes[:, -20:] == worst[-20:]).all(axis=1).any()
 
 
 def test_every_behaviour_needs_a_word():
     with pytest.raises(ValueError, match=r"words: .* got none for 'backward'"):
-        RobustConfig(body='quadruped', seed=0, words=(('forward', 'forward'), ('stop', 'stop')))
+        replace(SMALL, words=(('forward', 'forward'), ('stop', 'stop')))
 
 
 def outcome(rows):

@@ -1,0 +1,47 @@
+"""Touch synapses in the robust mode: silent at first, then small and many, then grown."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from training.evolution.afpo import Population
+from training.evolution.operators import Array, Layout
+
+#: Standard deviations of the synapses that feeling begins with.
+SIZES = (0.02, 0.04, 0.08)
+#: How many of the best begin to feel.
+WALKERS = 5
+
+
+def synapses(genomes: Array, layout: Layout) -> Array:
+    """Return a view (N, H, S) of the synapses from the sensors in genomes (N, G)."""
+    hidden, inputs = layout.hidden_shape
+    weights = genomes.reshape(len(genomes), -1)[:, :hidden * inputs]
+    strides = (weights.strides[0], inputs * weights.strides[1], weights.strides[1])
+    every = np.lib.stride_tricks.as_strided(weights, (len(genomes), hidden, inputs), strides)
+    return every[..., hidden + 1:]
+
+
+def felt(genomes: Array, layout: Layout, gain: float) -> Array:
+    """Return the genomes with the sensors' synapses scaled by `gain`."""
+    if gain == 1.0 or not layout.sensor_count:
+        return genomes
+    scaled = genomes.copy()
+    synapses(scaled, layout)[:] *= gain
+    return scaled
+
+
+def begin_to_feel(population: Population, layout: Layout, rng: np.random.Generator) -> Population:
+    """
+    Let the best walkers feel: each in many copies, with small synapses drawn anew for each.
+
+    Most synapses upset a gait; which do not is found by trying many.
+    """
+    best = np.argsort(-population.fitness, kind='stable')[:WALKERS]
+    chosen = best[np.arange(len(population)) % len(best)]
+    genomes = population.genomes[chosen]
+    touch = synapses(genomes, layout)
+    touch[:] = rng.choice(SIZES, len(genomes))[:, None, None] * rng.standard_normal(touch.shape)
+    return replace(population, genomes=genomes, ages=population.ages[chosen])
