@@ -208,9 +208,9 @@ class BatchedEngine:
             np.nan_to_num(np.ascontiguousarray(signals), posinf=0.0, neginf=0.0),
             np.zeros((*shape[:2], layout.hidden)) if primed is None
             else np.nan_to_num(np.array(primed), posinf=0.0, neginf=0.0),
-            self._starts(starts, given).reshape(count, 5),
-            self._parameters(given).reshape(count, kernel.PARAMETERS),
-            _seeds(given['seed'].reshape(count), blocks * layout.lanes),
+            _columns(self._starts(starts, given), shape),
+            _columns(self._parameters(given), shape),
+            _seeds(np.broadcast_to(given['seed'], shape).reshape(count), blocks * layout.lanes),
             any(given[name].any() for name in ('touch_delay', 'touch_flip_probability',
                                                'push_m_s', 'motor_noise_rad_s')))
         frames = world.steps if logging else 0
@@ -264,29 +264,36 @@ class BatchedEngine:
             raise ValueError('starts: expected at least one')
         return int(got[0])
 
-    def _starts(self, starts: Sequence[Start], given: dict[str, Array]) -> Array:
-        """Return height and quaternion (C, W, K, 5): turned by roll, then pitch, then yaw."""
+    def _starts(self, starts: Sequence[Start], given: dict[str, Array]) -> list[Array]:
+        """Return height and quaternion w, x, y, z: turned by roll, then pitch, then yaw."""
         def angle(name: str) -> Array:
             return given[name] + np.array([getattr(start, name) for start in starts])
         half = [angle(name) / 2 for name in ('roll_rad', 'pitch_rad', 'yaw_rad')]
         (cr, cp, cy), (sr, sp, sy) = ([f(x) for x in half] for f in (np.cos, np.sin))
-        return np.stack([
-            self._compiled.height_m + angle('height_m'),
-            cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy], axis=-1)
+        return [self._compiled.height_m + angle('height_m'),
+                cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
+                cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy]
 
-    def _parameters(self, given: dict[str, Array]) -> Array:
+    def _parameters(self, given: dict[str, Array]) -> list[Array]:
+        """Return the columns of `kernel.Batch.parameters` (ValueError)."""
         h = self.world.physics_step_s
         slip = given['slip_m_per_n_s']
         if not self.layout.coulomb and ((slip <= 0).any()
                                         or np.isfinite(given['friction']).any()):
             raise ValueError("variations: friction and slip 0 need friction_law='coulomb'")
-        columns = [given['erp'] / h, slip / h if self.layout.coulomb else h / slip,
-                   np.minimum(given['friction'], UNBOUNDED_FRICTION),
-                   given['gravity_m_s2'] * h, given['base_mass_scale'], given['touch_gap_m'],
-                   given['touch_delay'], given['touch_flip_probability'], given['push_m_s'],
-                   given['servo_gain_scale'], given['motor_noise_rad_s']]
-        return np.stack(columns, axis=-1)
+        return [given['erp'] / h, slip / h if self.layout.coulomb else h / slip,
+                np.minimum(given['friction'], UNBOUNDED_FRICTION),
+                given['gravity_m_s2'] * h, given['base_mass_scale'], given['touch_gap_m'],
+                given['touch_delay'], given['touch_flip_probability'], given['push_m_s'],
+                given['servo_gain_scale'], given['motor_noise_rad_s']]
+
+
+def _columns(values: Sequence[Array], shape: tuple[int, int, int]) -> Array:
+    """Return values that broadcast to (C, W, K) as the columns of an array, a row an evaluation."""
+    table = np.empty((*shape, len(values)))
+    for column, value in enumerate(values):
+        table[..., column] = value
+    return table.reshape(-1, len(values))
 
 
 def _layout(compiled: CompiledBody, bits: int, lanes: int, coulomb: bool) -> Layout:

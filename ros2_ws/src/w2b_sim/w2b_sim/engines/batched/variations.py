@@ -72,7 +72,7 @@ class Variations:
     def arrays(self, shape: tuple[int, int, int], world: World, touch_gap_m: float
                ) -> dict[str, Array]:
         """
-        Return every field as an array of `shape`, with the world's values where it is None.
+        Return every field as an array that broadcasts to `shape`; the world's value where None.
 
         Raises
         ------
@@ -88,18 +88,24 @@ class Variations:
         result = {}
         for field in fields(self):
             given = getattr(self, field.name)
-            value = np.asarray(defaults.get(field.name, 0.0) if given is None else given,
-                               dtype=np.float64)
-            try:
-                result[field.name] = np.broadcast_to(value, shape)
-            except ValueError:
-                raise ValueError(f'variations: {field.name} of shape {value.shape} does not '
-                                 f'broadcast to {shape} (controllers, words, starts)') from None
-            low, high = LIMITS.get(field.name, (-np.inf, np.inf))
-            if np.isnan(value).any() or (value < low).any() or (value > high).any():
-                raise ValueError(f'variations: {field.name}: expected numbers from {low} to '
-                                 f'{high}, got {value.min()} to {value.max()}')
+            result[field.name] = (np.asarray(defaults.get(field.name, 0.0)) if given is None
+                                  else _checked(field.name, given, shape))
         return result
+
+
+def _checked(name: str, given: ArrayLike, shape: tuple[int, int, int]) -> Array:
+    """Return a field as an array that broadcasts to `shape` (ValueError)."""
+    value = np.asarray(given, dtype=np.float64)
+    try:
+        np.broadcast_to(value, shape)
+    except ValueError:
+        raise ValueError(f'variations: {name} of shape {value.shape} does not '
+                         f'broadcast to {shape} (controllers, words, starts)') from None
+    low, high = LIMITS.get(name, (-np.inf, np.inf))
+    if np.isnan(value).any() or (value < low).any() or (value > high).any():
+        raise ValueError(f'variations: {name}: expected numbers from {low} to '
+                         f'{high}, got {value.min()} to {value.max()}')
+    return value
 
 
 LIMITS = {
