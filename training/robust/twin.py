@@ -15,29 +15,25 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from training.evolution import checkpoint
-from training.evolution.champion import WordOutcome, write_champion
 from training.evolution.operators import Array, Layout
 from training.evolution.treatments import Words
-from training.robust import blind, ears, gate
+from training.robust import blind, ears, gate, record
 from training.robust.config import RobustConfig, Stage
 from training.robust.lineage import CHOICE_GATE, FINAL_GATE
 from training.robust.listening import Listening
 from training.robust.scenarios import Randomisation
 from training.robust.search import train
 from training.robust.word_roles import QUADRUPED as ROLES
-from w2b_controller import __version__
 from w2b_controller.network import Network
 from w2b_controller.vocabulary import Vocabulary
 from w2b_sim import bodies
 from w2b_sim.engines.interface import Evaluator
-from w2b_sim.worlds import WORLDS
+from w2b_sim.worlds import WORLDS, World
 
 #: A body length in 10 s is asked for.
 BODY, MOVE_M = 'physical_twin', 0.12
@@ -99,7 +95,8 @@ def champion(directory: Path, *, ear_seeds: int, seeds: list[int], vocabulary: s
                                  ROLES.held_out, words, move_m=MOVE_M, seed=FINAL_GATE,
                                  processes=threads)
     table += unheard
-    _write(directory, best, config_of(best.seed, vocabulary, effort), table, opened, words)
+    record.write(directory, record.Champion(config_of(best.seed, vocabulary, effort), best.network,
+                                            best.fitness, table, opened), ROLES, words)
     say(f'{gate.to_markdown(table)}\ncandidates that were asked held-out words, this one '
         f'included: {opened}')
     return gate.passes(table)
@@ -162,27 +159,5 @@ def _rows(network: Network, words: Words, validation: Words, vectors: Mapping[st
                      validation=validation)
 
 
-def _world() -> Any:
+def _world() -> World:
     return WORLDS[bodies.get(BODY).world]
-
-
-def _write(directory: Path, best: Candidate, config: RobustConfig, table: tuple[gate.Row, ...],
-           opened: int, words: Vocabulary) -> None:
-    """Write the champion's controller file and tables."""
-    judged = [WordOutcome(row.word, row.behaviour, row.trained, gate.score(row), (), (), ())
-              for row in table]
-    record: dict[str, Any] = {
-        'mode': 'robust', 'engine': 'batched', 'precision': 'float32', 'world': config.world,
-        'objective': 'robust', 'seed': best.seed, 'fitness': best.fitness,
-        'program_version': __version__,
-        'words': {role: [list(pair) for pair in pairs] for role, pairs in asdict(ROLES).items()},
-        'opened': opened, 'weights_sha256': blind.weights_sha256(best.network),
-        'config': config.to_json(),
-        'gate': {'engine': 'pybullet', 'starts': gate.STARTS, 'rows': gate.to_json(table)}}
-    heard = np.array([words.vector(row.word) for row in table])
-    write_champion(directory / 'champion.json', bodies.get(BODY), _world(), best.network, judged,
-                   heard, record)
-    checkpoint.write_json(directory / 'table.json', {
-        'body': BODY, 'world': config.world, 'seed': best.seed, 'starts': gate.STARTS,
-        'opened': opened, 'passed': gate.passes(table), 'rows': gate.to_json(table)})
-    checkpoint.write_atomically(directory / 'champion.md', gate.to_markdown(table).encode())
