@@ -22,7 +22,7 @@ from training.evolution.operators import Array, Layout
 from training.evolution.rundir import RunDirectory
 from training.evolution.treatments import Words, vector_hash
 from training.robust.hidden_life import live
-from training.robust.listening import TOUCH_INPUT, Listening, inputs, listen
+from training.robust.listening import TOUCH_INPUT, Listening, inputs, listen, turn
 from training.robust.scenarios import DIRECTION, STOP_NOISE, Randomisation, draw
 from training.robust.word_roles import WordRoles
 from w2b_controller import __version__
@@ -32,6 +32,8 @@ from w2b_sim.worlds import PAPER
 PLAN = Listening(attempts=1, generations=800, moves=4, stops=20, bias=TOUCH_INPUT)
 #: Swing of the hidden neurons below which they rest, and above which they have a rhythm.
 REST, RHYTHM = 0.03, 0.3
+#: Share of the period asked for that a rhythm must have.
+SLOW_ENOUGH = 0.8
 #: Distance between the means of the two moves' rhythms: nearer, they are hardly two.
 CONTRAST = 0.5
 #: Noisy versions of each word, and the standard deviation of a move word's noise.
@@ -46,7 +48,7 @@ class Screen(NamedTuple):
 
     `trained` and `validation` are shares of the words that are sorted right, `sturdy` the share of
     their noisy versions, half of them with constant inputs from feet; `two` says whether the two
-    moves have a rhythm each.
+    moves have a rhythm each, as slow as was asked for.
     """
 
     trained: Array
@@ -62,7 +64,8 @@ class Screen(NamedTuple):
         return order
 
 
-def screen(weights: Array, roles: WordRoles, vectors: Mapping[str, Array]) -> Screen:
+def screen(weights: Array, roles: WordRoles, vectors: Mapping[str, Array],
+           period: float = 2.0) -> Screen:
     """Return how ears (N, H, H + 1) sort the trained and the validation words, plain and noisy."""
     pairs = roles.trained + roles.validation
     plain = np.array([vectors[word] for word, _asked in pairs])
@@ -77,7 +80,8 @@ def screen(weights: Array, roles: WordRoles, vectors: Mapping[str, Array]) -> Sc
                          for way in ('forward', 'backward'))
     contrast = np.linalg.norm(life.mean[:, forward].mean(axis=1)
                               - life.mean[:, backward].mean(axis=1), axis=-1)
-    moves = right[:, ~stop].all(axis=1)
+    slow = turn(life) >= SLOW_ENOUGH * period
+    moves = (right & slow)[:, ~stop].all(axis=1)
     return Screen(right[:, :split].mean(axis=1), right[:, split:].mean(axis=1),
                   _right(weights, noisy, np.repeat(stop, NOISY), TOUCH_INPUT).mean(axis=1),
                   moves & (contrast >= CONTRAST))
@@ -132,7 +136,7 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
                     layout, plan, seed, lambda rng, moves, stops: draw(
                         rng, heard, PAPER, Randomisation(), moves=moves, stops=stops,
                         move_noise=MOVE_NOISE)))
-                best = screen(np.load(path, allow_pickle=False), roles, vectors)
+                best = screen(np.load(path, allow_pickle=False), roles, vectors, plan.period)
                 first = best.order()[:1]
                 say(f'ears {seed}: ' + (
                     f'{best.trained[first[0]]:.0%} of the trained words, '
@@ -140,17 +144,17 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
                     f'{best.sturdy[first[0]]:.0%} with noise' if len(first)
                     else 'no rhythm for each move'))
             heads = np.load(path, allow_pickle=False)
-            found.append(heads[screen(heads, roles, vectors).order()[:ALIKE]])
+            found.append(heads[screen(heads, roles, vectors, plan.period).order()[:ALIKE]])
     ears = np.concatenate(found)
     if not len(ears):
         raise ValueError('ears: expected some with a rhythm for each move, got none; give more '
                          'seeds')
-    sorting = screen(ears, roles, vectors)
+    sorting = screen(ears, roles, vectors, plan.period)
     right = sorting.trained + sorting.validation
     order = sorting.order()
     # Who sorts fewer words than the best is no start for obeying all of them.
     chosen: Array = ears[order[right[order] >= right[order[0]] - 1e-9][:KEEP]]
-    return chosen, screen(chosen, roles, vectors)
+    return chosen, screen(chosen, roles, vectors, plan.period)
 
 
 def heard_of(words: Words, vectors: Mapping[str, Array]) -> dict[str, Array]:

@@ -37,8 +37,10 @@ from w2b_sim.worlds import WORLDS, World
 
 #: A body length in 10 s is asked for.
 BODY, MOVE_M = 'physical_twin', 0.12
-#: A control period in 10 steps of 5 ms follows PyBullet's 50 closely enough to train in.
-PHYSICS_STEPS = 10
+#: A control period in 20 steps of 2.5 ms follows PyBullet's 50 closely enough to train in.
+PHYSICS_STEPS = 20
+#: Ears whose rhythms a hobby servo follows: 8 control periods (0.4 s) a turn.
+PLAN = replace(ears.PLAN, period=8.0)
 #: Walk both ways for half of the time; then for the whole of it, under more of the stop words.
 STAGES = (Stage(80, 2, 3, 0, False, 0.4, vectors=False, length=0.5),
           Stage(70, 3, 6, 15, False, 0.8, vectors=False))
@@ -83,7 +85,7 @@ def champion(directory: Path, *, ear_seeds: int, seeds: list[int], vocabulary: s
     words = Vocabulary.load(vocabulary)
     vectors = {word: words.vector(word) for word, _asked in ROLES.trained + ROLES.validation}
     heard, _screen = ears.find(directory / 'ears', ROLES, vectors, Layout.of(bodies.get(BODY)),
-                               ear_seeds, ears.shorter(ears.PLAN, effort), say)
+                               ear_seeds, ears.shorter(PLAN, effort), say)
     candidates = [_candidate(directory / f'seed_{seed:04d}', config_of(seed, vocabulary, effort),
                              heard, vectors, threads, say) for seed in seeds]
     best = min(candidates, key=lambda candidate: candidate.order)
