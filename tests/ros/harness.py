@@ -107,7 +107,8 @@ class System:
         self.statuses: dict[str, DiagnosticStatus] = {}
         node = self.node
         self._commands = node.create_publisher(String, 'command', 10)
-        node.create_subscription(Odometry, 'odom', self._on_odometry, EVERYTHING)
+        self._odometry = node.create_subscription(
+            Odometry, 'odom', self._on_odometry, EVERYTHING)
         self._trajectories = node.create_subscription(
             JointTrajectory, 'joint_trajectory', self._on_targets, EVERYTHING)
         node.create_subscription(DiagnosticStatus, 'command_answer', self.answers.append, LATCHED)
@@ -198,6 +199,7 @@ class System:
 
     def reset(self) -> int:
         """Put the robot back to its start, forget its past, return its first frame's stamp."""
+        self.wait(self._odometry.get_publisher_count, 'a sim whose frames come here')
         response = self.call(Trigger, 'sim/reset', Trigger.Request())
         assert response.success
         self._since_ns = round(float(response.message.split()[-1]) * 1e9)

@@ -55,8 +55,8 @@ def test_nothing_moves_until_it_is_armed_with_fresh_targets(robot):
     assert 'no fresh targets' in refused.message
     robot.answering = True
     robot.spin(1.0)
+    robot.wait_for_state('DISARMED')
     assert robot.off()
-    assert robot.state() == 'DISARMED'
     started_s = time.monotonic()
     robot.walk()
     energised = [int(np.count_nonzero(pins)) for _, pins in robot.pin_history(started_s)]
@@ -80,6 +80,8 @@ def test_frames_say_what_was_really_sent_and_what_was_measured(robot):
     # 2000 us for 180 degrees around 1500 us, in seconds.
     assert np.array(same.position) == pytest.approx(
         1500e-6 + np.array(frame.position) * 2000e-6 / np.pi, abs=1e-9)
+    robot.system.wait(lambda: robot.imu_raw and robot.imu and robot.mag and robot.battery,
+                      'the IMU and the battery')
     raw, fused, mag = robot.imu_raw[-1], robot.imu[-1], robot.mag[-1]
     assert raw.header.frame_id == fused.header.frame_id == mag.header.frame_id == 'imu_link'
     assert raw.orientation_covariance[0] == -1  # REP-145: not reported

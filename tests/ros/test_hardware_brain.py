@@ -7,44 +7,18 @@ import pytest
 
 from tests.ros.hardware import STILL_US, HardwareSystem
 from w2b_controller import controller_file
-from w2b_controller.controller_file import Controller, Motor, TrainedWord, vector_sha256
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
-from w2b_hw.joints import JOINTS, limit_rad
+from w2b_hw.joints import JOINTS
 
 SHIPPED = 'physical_twin'
 #: Words like `stop`; the first that the controller was not trained on is said.
 SYNONYMS = ('halt', 'cease', 'pause', 'quit')
 
 
-def stand_in():
-    """
-    Return a controller that goes round for `forward` and settles for `stop` and its like.
-
-    Until a champion of this body ships: a random network that a search over seeds found. It was
-    not trained on `halt`.
-    """
-    generator = np.random.default_rng(547)
-    hidden, motors = generator.normal(0, 0.3, (5, 6)), generator.uniform(-1, 1, (12, 5))
-    vocabulary = Vocabulary.load()
-    words = tuple(TrainedWord(word, word, vector_sha256(vocabulary.vector(word)), None)
-                  for word in ('forward', 'stop'))
-    return Controller(
-        body=SHIPPED, network=Network(hidden, motors, np.full(12, 0.3)), sensors=(),
-        motors=tuple(Motor(joint, -limit_rad(joint), limit_rad(joint), 0.3) for joint in JOINTS),
-        period_s=0.05, words=words, record={'made': 'by a test'})
-
-
 @pytest.fixture(scope='session')
-def controller(tmp_path_factory):
-    """The file of the shipped champion, or of the stand-in while there is none."""
-    if SHIPPED in controller_file.shipped_names():
-        path = controller_file.resolve(SHIPPED)
-    else:
-        path = tmp_path_factory.mktemp('controller') / 'twin.json'
-        controller_file.save(stand_in(), path)
-    loaded = controller_file.load(path)
-    assert [motor.joint for motor in loaded.motors] == list(JOINTS)
+def controller():
+    """The file of the shipped champion."""
+    path = controller_file.resolve(SHIPPED)
+    assert [motor.joint for motor in controller_file.load(path).motors] == list(JOINTS)
     return path
 
 

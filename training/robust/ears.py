@@ -33,7 +33,7 @@ PLAN = Listening(attempts=1, generations=800, moves=4, stops=20, bias=TOUCH_INPU
 #: Swing of the hidden neurons below which they rest, and above which they have a rhythm.
 REST, RHYTHM = 0.03, 0.3
 #: Share of the period asked for that a rhythm must have.
-SLOW_ENOUGH = 0.8
+SLOW_ENOUGH = 0.9
 #: Distance between the means of the two moves' rhythms: nearer, they are hardly two.
 CONTRAST = 0.5
 #: Noisy versions of each word, and the standard deviation of a move word's noise.

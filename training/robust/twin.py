@@ -39,8 +39,9 @@ from w2b_sim.worlds import WORLDS, World
 BODY, MOVE_M = 'physical_twin', 0.12
 #: A control period in 20 steps of 2.5 ms follows PyBullet's 50 closely enough to train in.
 PHYSICS_STEPS = 20
-#: Ears whose rhythms a hobby servo follows: 8 control periods (0.4 s) a turn.
-PLAN = replace(ears.PLAN, period=8.0)
+#: Ears whose rhythms a hobby servo can follow: at least 4 control periods (0.2 s) a turn. Slower
+#: ones mostly come in one kind alone, for both moves, and slow ones that sort words take longer.
+PLAN = replace(ears.PLAN, period=4.0, generations=4000)
 #: Walk both ways for half of the time; then for the whole of it, under more of the stop words.
 STAGES = (Stage(80, 2, 3, 0, False, 0.4, vectors=False, length=0.5),
           Stage(70, 3, 6, 15, False, 0.8, vectors=False))
