@@ -36,6 +36,9 @@ from w2b_sim.worlds import WORLDS
 
 Array = NDArray[np.float64]
 CONTROLLERS, WORDS = 96, 4
+#: Controllers of the batch that two threads share: what the robust mode evaluates at once, several
+#: times over, and those of a generation of a plain run, which has few blocks of lanes to share.
+LARGE_BATCH, GENERATION = 16 * CONTROLLERS, 51
 ROUNDS = 5
 PYBULLET_EVALUATIONS = 6
 EVOLUTION_GENERATIONS = 150
@@ -68,9 +71,11 @@ def main(args: argparse.Namespace) -> int:
         if not args.json:
             print(_line(name, measured[name]), flush=True)
     usual = 'quadruped' if 'quadruped' in names else names[0]
-    scaling = two_core_scaling(bodies.get(usual))
+    scaling = two_core_scaling(bodies.get(usual), LARGE_BATCH)
+    small = two_core_scaling(bodies.get(usual), GENERATION)
     shares = evolve_shares(bodies.get(usual))
     result: dict[str, Any] = {'bodies': measured, 'two_core_scaling': scaling,
+                              'two_core_scaling_generation': small,
                               'evolve_shares': shares}
     if args.prototype is not None:
         result['prototype'] = against_prototype(args.prototype)
@@ -80,8 +85,9 @@ def main(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(result))
         return 0
-    print(f'\n{usual}, single precision, two threads on two cores: '
-          f'{scaling:.2f} times one')
+    print(f'\n{usual}, single precision, two threads on two cores: {scaling:.2f} times one with '
+          f'{LARGE_BATCH * WORDS:,} evaluations in a batch, {small:.2f} times with '
+          f'{GENERATION * WORDS}')
     print(f'wall time of {EVOLUTION_GENERATIONS} generations of evolution: '
           + ', '.join(f'{name} {share:.1%}' for name, share in shares.items()))
     if 'prototype' in result:
@@ -114,10 +120,10 @@ def measure(body: Body) -> dict[str, float]:
     return {**rates, 'ratio_f32': rates['batched_f32'] / rates['pybullet']}
 
 
-def two_core_scaling(body: Body) -> float:
+def two_core_scaling(body: Body, controllers: int) -> float:
     """Return how many times as fast two threads are as one: best wall times of several rounds."""
     world = WORLDS[body.world]
-    network, words = _workload(body, 4)
+    network, words = _workload(body, controllers)
     engines = [BatchedEngine(body, world, 'single', threads) for threads in (1, 2)]
     times: list[list[float]] = [[], []]
     for _ in range(2 * ROUNDS):
@@ -192,11 +198,11 @@ def _prototype(library: Path) -> Callable[..., object]:
     return evaluate
 
 
-def _workload(body: Body, times: int = 1) -> tuple[Network, Array]:
-    """Return random controllers and words."""
+def _workload(body: Body, count: int | None = None) -> tuple[Network, Array]:
+    """Return `count` random controllers (by default `CONTROLLERS`), and words."""
+    count = CONTROLLERS if count is None else count
     rng = np.random.default_rng(1)
     hidden, sensors, motors = body.hidden_neurons, len(body.sensors), len(body.joints)
-    count = CONTROLLERS * times
     network = Network(rng.normal(size=(count, hidden, hidden + 1 + sensors)),
                       rng.normal(size=(count, motors, hidden)),
                       np.array([joint.time_constant for joint in body.joints]))

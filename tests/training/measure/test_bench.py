@@ -9,8 +9,8 @@ from training.measure import bench
 
 
 def test_the_json_has_every_figure(monkeypatch, capsys):
-    for name, small in (('CONTROLLERS', 4), ('ROUNDS', 1), ('PYBULLET_EVALUATIONS', 1),
-                        ('EVOLUTION_GENERATIONS', 2)):
+    for name, small in (('CONTROLLERS', 4), ('LARGE_BATCH', 8), ('ROUNDS', 1),
+                        ('PYBULLET_EVALUATIONS', 1), ('EVOLUTION_GENERATIONS', 2)):
         monkeypatch.setattr(bench, name, small)
     parser = argparse.ArgumentParser()
     bench.add_arguments(parser)
@@ -21,6 +21,7 @@ def test_the_json_has_every_figure(monkeypatch, capsys):
     assert rates['ratio_f32'] == pytest.approx(rates['batched_f32'] / rates['pybullet'])
     assert rates['batched_f32'] > 20 * rates['pybullet']
     assert result['two_core_scaling'] > 0
+    assert result['two_core_scaling_generation'] > 0
     shares = result['evolve_shares']
     assert shares['engine'] == pytest.approx(shares['physics'] + shares['priming'])
     assert 0 < sum(shares[name] for name in ('engine', 'evolution', 'checkpoint')) <= 1.001
@@ -28,7 +29,7 @@ def test_the_json_has_every_figure(monkeypatch, capsys):
 
 def test_a_prototype_that_is_not_one_is_a_one_line_error(tmp_path, capsys, monkeypatch):
     for name in ('measure', 'two_core_scaling', 'evolve_shares'):
-        monkeypatch.setattr(bench, name, lambda body: pytest.fail('measured before it was looked'))
+        monkeypatch.setattr(bench, name, lambda *_given: pytest.fail('measured before it was looked'))
     library = tmp_path / 'prototype.so'
     library.write_text('not a library')
     parser = argparse.ArgumentParser()

@@ -39,7 +39,7 @@ SPECULATIVE_GAP_M = 0.02
 #: ... but no farther than a link can fall in a step: a contact beyond that does nothing.
 FASTEST_FALL_M_S = 2.0
 #: Shares of a batch a thread: more than one, so that a thread on a busy core takes fewer.
-SHARES_PER_THREAD = 4
+SHARES_PER_THREAD = 2
 #: A friction coefficient that nothing reaches, in place of infinity (which times zero is NaN).
 UNBOUNDED_FRICTION = 1e30
 #: Beyond this a robot did not walk: the evaluation counts as failed.
