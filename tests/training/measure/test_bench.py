@@ -29,7 +29,7 @@ def test_the_json_has_every_figure(monkeypatch, capsys):
 
 def test_a_prototype_that_is_not_one_is_a_one_line_error(tmp_path, capsys, monkeypatch):
     for name in ('measure', 'two_core_scaling', 'evolve_shares'):
-        monkeypatch.setattr(bench, name, lambda *_given: pytest.fail('measured before it was looked'))
+        monkeypatch.setattr(bench, name, lambda *_given: pytest.fail('measured before looking'))
     library = tmp_path / 'prototype.so'
     library.write_text('not a library')
     parser = argparse.ArgumentParser()
