@@ -28,8 +28,8 @@ from w2b_sim.worlds import WORLDS, World
 
 Array = NDArray[np.float64]
 
-#: Evaluations of each sample: some five minutes of PyBullet for both samples of the twin.
-COUNT = 48
+#: Evaluations of each sample: some nine minutes of PyBullet on one core for both of the twin.
+COUNT = 96
 #: The start of the floor's second evaluation.
 NUDGE = Start(height_m=1e-6)
 
