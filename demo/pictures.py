@@ -38,7 +38,8 @@ def plot_paths(motions: Mapping[str, Motion], heard: set[str], path: Path) -> No
     axes.margins(y=0.4)
     axes.grid(alpha=0.3)
     axes.legend(loc='upper center', bbox_to_anchor=(0.5, -0.18), ncols=3, frameon=False)
-    figure.savefig(path, dpi=130)
+    # Equal axes leave room above and below; it is cut off.
+    figure.savefig(path, dpi=130, bbox_inches='tight', pad_inches=0.15)
 
 
 def draw_gif(body: Body, joint_names: Sequence[str], motions: Mapping[str, Motion],
