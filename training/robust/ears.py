@@ -21,7 +21,7 @@ from training.evolution import checkpoint
 from training.evolution.operators import Array, Layout
 from training.evolution.rundir import RunDirectory
 from training.evolution.treatments import Words, vector_hash
-from training.robust.hidden_life import live
+from training.robust.hidden_life import Life, live, live_exactly
 from training.robust.listening import TOUCH_INPUT, Listening, inputs, listen, turn
 from training.robust.scenarios import DIRECTION, STOP_NOISE, Randomisation, draw
 from training.robust.word_roles import WordRoles
@@ -57,9 +57,8 @@ class Screen(NamedTuple):
     two: NDArray[np.bool_]
 
     def order(self) -> NDArray[np.int64]:
-        """Return the indices of the ears with two rhythms, best first."""
-        right = self.trained + self.validation
-        ranked = np.lexsort((-self.sturdy, -right, ~self.two))
+        """Return the indices of the ears with two rhythms, best first, by trained words first."""
+        ranked = np.lexsort((-self.sturdy, -self.validation, -self.trained, ~self.two))
         order: NDArray[np.int64] = ranked[self.two[ranked]]
         return order
 
@@ -73,8 +72,8 @@ def screen(weights: Array, roles: WordRoles, vectors: Mapping[str, Array],
     noise = np.where(stop, STOP_NOISE, MOVE_NOISE)[:, None, None] * np.random.default_rng(
         0).standard_normal((len(pairs), NOISY, plain.shape[1]))
     noisy = (plain[:, None] + noise).reshape(-1, plain.shape[1])
-    life = live(weights, plain)
-    right = _right(weights, plain, stop)
+    life = live_exactly(weights, plain)
+    right = _right(life, stop)
     split = len(roles.trained)
     forward, backward = (np.array([asked == way for _word, asked in pairs])
                          for way in ('forward', 'backward'))
@@ -82,15 +81,14 @@ def screen(weights: Array, roles: WordRoles, vectors: Mapping[str, Array],
                               - life.mean[:, backward].mean(axis=1), axis=-1)
     slow = turn(life) >= SLOW_ENOUGH * period
     moves = (right & slow)[:, ~stop].all(axis=1)
-    return Screen(right[:, :split].mean(axis=1), right[:, split:].mean(axis=1),
-                  _right(weights, noisy, np.repeat(stop, NOISY), TOUCH_INPUT).mean(axis=1),
+    shaken = live(weights, noisy, inputs(len(noisy), weights.shape[1], TOUCH_INPUT))
+    sturdy = _right(shaken, np.repeat(stop, NOISY)).mean(axis=1)
+    return Screen(right[:, :split].mean(axis=1), right[:, split:].mean(axis=1), sturdy,
                   moves & (contrast >= CONTRAST))
 
 
-def _right(weights: Array, signals: Array, stop: NDArray[np.bool_],
-           bias: float = 0.0) -> NDArray[np.bool_]:
-    """Whether each of R signals leads N ears to rest where it asks for that, else to a rhythm."""
-    life = live(weights, signals, inputs(len(signals), weights.shape[1], bias))
+def _right(life: Life, stop: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether each of R signals led N ears to rest where it asks for that, else to a rhythm."""
     swing, late = (np.sqrt((part**2).mean(axis=-1)) for part in (life.swing, life.late_swing))
     right: NDArray[np.bool_] = np.where(stop, swing < REST, late > RHYTHM)
     return right
@@ -150,10 +148,11 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
         raise ValueError('ears: expected some with a rhythm for each move, got none; give more '
                          'seeds')
     sorting = screen(ears, roles, vectors, plan.period)
-    right = sorting.trained + sorting.validation
     order = sorting.order()
     # Who sorts fewer words than the best is no start for obeying all of them.
-    chosen: Array = ears[order[right[order] >= right[order[0]] - 1e-9][:KEEP]]
+    alike = ((sorting.trained[order] == sorting.trained[order[0]])
+             & (sorting.validation[order] == sorting.validation[order[0]]))
+    chosen: Array = ears[order[alike][:KEEP]]
     return chosen, screen(chosen, roles, vectors, plan.period)
 
 

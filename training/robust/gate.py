@@ -9,7 +9,7 @@ away count as failures, never as far walkers.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,20 @@ STARTS = 20
 EXPLODED_M = 10.0
 #: 90 % of the starts must stay this close under every stop word.
 STOP_DISTANCE_M = 0.1
+
+
+#: What a walk of a few metres does not show is whether it goes on straight.
+LATER_S, LATER_STARTS = 60.0, 5
+
+
+@dataclass(frozen=True)
+class Later:
+    """Where a robot is, in the median of `LATER_STARTS` starts, `seconds` after a move word."""
+
+    word: str
+    seconds: float
+    median_x_m: float
+    median_y_m: float
 
 
 @dataclass(frozen=True)
@@ -94,6 +108,30 @@ def gate(network: Network, body: Body, world: World, words: Words, held_out: Wor
         if evaluator is None and close is not None:
             close()
     return rows(outcome, words, held_out, move_m, optional, validation)
+
+
+def later(network: Network, body: Body, world: World, words: Words,
+          vectors: Mapping[str, ArrayLike], *, seconds: float = LATER_S, starts: int = LATER_STARTS,
+          seed: int = 0, processes: int = 1) -> tuple[Later, ...]:
+    """Return where `network` is in PyBullet under each move word of `words` much later."""
+    from training.evolution.engines import make_evaluator
+
+    moves = [word for word, asked in words if asked != 'stop']
+    long = replace(world, steps=round(seconds / world.control_period_s))
+    judge = make_evaluator('pybullet', body, long, threads=processes)
+    batch = Network(network.hidden_weights[None], network.motor_weights[None],
+                    network.motor_time_constants)
+    try:
+        outcome = judge.evaluate(
+            batch, np.array([np.asarray(vectors[word], dtype=np.float64) for word in moves]),
+            slightly_different(generator(seed, GATE), starts))
+    finally:
+        close: Callable[[], None] | None = getattr(judge, 'close', None)
+        if close is not None:
+            close()
+    places = np.median(outcome.final_position_m[0, :, :, :2], axis=1)
+    return tuple(Later(word, seconds, float(x), float(y))
+                 for word, (x, y) in zip(moves, places, strict=True))
 
 
 def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float,

@@ -1,8 +1,10 @@
 """
 Hidden layers by the thousand, without a body: primed with words, then left to themselves.
 
-The semantics of `w2b_controller.network` with silent sensors, in single precision and with a
-rational tanh (error below 1e-4): fast enough to breed networks on, not to judge them by.
+`live` has the semantics of `w2b_controller.network` with silent sensors, in single precision and
+with a rational tanh (error below 1e-4): fast enough to breed networks on, not to judge them by.
+`live_exactly` is that network: after hundreds of updates a word near the border between rest and
+rhythm may go the other way.
 """
 
 from __future__ import annotations
@@ -12,6 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
+
+from w2b_controller.network import Network, prime, step
 
 Array = NDArray[np.float64]
 
@@ -60,6 +64,22 @@ def live(hidden_weights: ArrayLike, signals: ArrayLike, bias: ArrayLike | None =
     late_mean, late_square, change = np.moveaxis(whole[:, :, 2:] / late, 2, 0)
     return Life(mean, _deviation(square, mean), _deviation(late_square, late_mean),
                 np.sqrt(change))
+
+
+def live_exactly(hidden_weights: ArrayLike, signals: ArrayLike) -> Life:
+    """Return the same as `live` without bias, by the network itself."""
+    weights = np.asarray(hidden_weights, dtype=np.float64)
+    count, hidden = weights.shape[:2]
+    network = Network(weights[:, None, :, :hidden + 1], np.zeros((count, 1, 1, hidden)), np.ones(1))
+    state = prime(network, np.asarray(signals, dtype=np.float64))
+    course = []
+    for _ in range(STEPS):
+        state = step(network, state, np.zeros(0))
+        course.append(state.hidden)
+    whole = np.array(course)
+    late = whole[LATE:]
+    return Life(whole[SETTLED:].mean(axis=0), whole[SETTLED:].std(axis=0), late.std(axis=0),
+                np.sqrt((np.diff(whole[LATE - 1:], axis=0)**2).mean(axis=0)))
 
 
 def _deviation(square: Array, mean: Array) -> Array:

@@ -183,6 +183,11 @@ class Lineage:
         return self._gate(candidate.network, self.roles.trained, self.roles.validation,
                           gate.STARTS, FINAL_GATE)
 
+    def later(self, candidate: Candidate) -> tuple[gate.Later, ...]:
+        """Return where a candidate gets under the trained move words, much later."""
+        return gate.later(candidate.network, self.body, self.world, self.roles.trained,
+                          self.vectors, processes=self.threads)
+
     def numb(self, candidate: Candidate) -> tuple[gate.Row, ...]:
         """Return what a candidate does, from a few starts, when its touch synapses are cut."""
         cut = candidate.network.hidden_weights.copy()

@@ -45,7 +45,7 @@ def champion(directory: Path, *, ear_seeds: int, seeds: list[int], keep: int, vo
     table += unheard
     config = lineage.config_of(BODY, candidate.seed, QUADRUPED, vocabulary, effort)
     record.write(directory, record.Champion(config, candidate.network, candidate.fitness, table,
-                                            opened), QUADRUPED, words,
+                                            opened, line.later(candidate)), QUADRUPED, words,
                  {'touch_cut': gate.to_json(line.numb(candidate))})
     print(f'{gate.to_markdown(table)}\ncandidates that were asked held-out words, this one '
           f'included: {opened}')

@@ -30,6 +30,7 @@ class Champion:
     fitness: float
     table: tuple[gate.Row, ...]
     opened: int
+    later: tuple[gate.Later, ...]
 
 
 def write(directory: Path, champion: Champion, roles: WordRoles, words: Vocabulary,
@@ -52,5 +53,15 @@ def write(directory: Path, champion: Champion, roles: WordRoles, words: Vocabula
                    champion.network, judged, heard, record)
     checkpoint.write_json(directory / 'table.json', {
         'body': config.body, 'world': config.world, 'seed': config.seed, 'starts': gate.STARTS,
-        'opened': champion.opened, 'passed': gate.passes(table), 'rows': rows, **(more or {})})
-    checkpoint.write_atomically(directory / 'champion.md', gate.to_markdown(table).encode())
+        'opened': champion.opened, 'passed': gate.passes(table), 'rows': rows,
+        'later': [asdict(place) for place in champion.later], **(more or {})})
+    checkpoint.write_atomically(directory / 'champion.md', (
+        gate.to_markdown(table) + _told(champion.later)).encode())
+
+
+def _told(places: tuple[gate.Later, ...]) -> str:
+    """Return a line on where the champion is later, to follow its table."""
+    return ''.join(
+        f'\n{place.seconds:.0f} s after *{place.word}*: x {place.median_x_m:+.2f} m, '
+        f'y {place.median_y_m:+.2f} m (medians of {gate.LATER_STARTS} starts).\n'
+        for place in places)

@@ -42,9 +42,10 @@ PHYSICS_STEPS = 20
 #: Ears whose rhythms a hobby servo can follow: at least 4 control periods (0.2 s) a turn. Slower
 #: ones mostly come in one kind alone, for both moves, and slow ones that sort words take longer.
 PLAN = replace(ears.PLAN, period=4.0, generations=4000)
-#: Walk both ways for half of the time; then for the whole of it, under more of the stop words.
+#: Walk both ways for half of the time; then for twice of it, in which who walks in a circle gets
+#: nowhere, under more of the stop words.
 STAGES = (Stage(80, 2, 3, 0, False, 0.4, vectors=False, length=0.5),
-          Stage(70, 3, 6, 15, False, 0.8, vectors=False))
+          Stage(70, 3, 6, 15, False, 0.8, vectors=False, length=2.0))
 #: Starts in PyBullet for the choice: a body without sensors does much the same from each.
 CHOICE_STARTS = 1
 
@@ -99,7 +100,9 @@ def champion(directory: Path, *, ear_seeds: int, seeds: list[int], vocabulary: s
                                  processes=threads)
     table += unheard
     record.write(directory, record.Champion(config_of(best.seed, vocabulary, effort), best.network,
-                                            best.fitness, table, opened), ROLES, words)
+                                            best.fitness, table, opened, gate.later(
+        best.network, bodies.get(BODY), _world(), ROLES.trained, vectors, processes=threads)),
+                 ROLES, words)
     say(f'{gate.to_markdown(table)}\ncandidates that were asked held-out words, this one '
         f'included: {opened}')
     return gate.passes(table)

@@ -53,6 +53,8 @@ def made(monkeypatch, tmp_path):
     """Make the champion in a directory, with ears and evolution left out."""
     def make(judge):
         monkeypatch.setattr(gate, 'gate', judge)
+        monkeypatch.setattr(gate, 'later', lambda *_args, **_options: (
+            gate.Later('forward', 60.0, 2.5, -0.3),))
         monkeypatch.setattr(ears, 'find', lambda *_args: (np.zeros((1, 5, 6)), None))
         monkeypatch.setattr(twin, '_candidate', lambda _directory, config, *_args: Candidate(
             config.seed, replace(NETWORK, motor_weights=NETWORK.motor_weights + config.seed),
@@ -102,6 +104,8 @@ def test_the_held_out_words_are_asked_last_and_once(made, tmp_path):
     assert {word.word for word in champion.words} == {word for word, _asked in ROLES.trained}
     told = json.loads((tmp_path / 'table.json').read_text())
     assert [line['word'] for line in told['rows']] == [word for word, _asked in ROLES.every]
+    assert told['later'] == [{'word': 'forward', 'seconds': 60.0, 'median_x_m': 2.5,
+                              'median_y_m': -0.3}]
     again = Gate()
     assert made(again)
     assert not again.calls, 'all of it was kept'
