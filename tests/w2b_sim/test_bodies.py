@@ -6,7 +6,7 @@ import pytest
 import yourdfpy
 
 from w2b_controller.controller_file import BODIES
-from w2b_sim import bodies
+from w2b_sim import bodies, print_urdf
 from w2b_sim.bodies.inertia import inertia, link_inertia
 from w2b_sim.bodies.model import Box, Capsule, Sphere
 from w2b_sim.bodies.urdf import to_urdf
@@ -61,6 +61,22 @@ def test_the_urdf_loads_in_an_independent_library_and_means_the_same(body, tmp_p
         limit = robot.joint_map[joint.name].limit
         assert (limit.lower, limit.upper) == (joint.lower_rad, joint.upper_rad)
         assert limit.effort == joint.servo.max_torque_nm
+
+
+@every_body
+def test_the_urdf_command_prints_what_another_library_reads(body, capsys, tmp_path):
+    assert print_urdf.main([body.name]) == 0
+    path = tmp_path / 'body.urdf'
+    path.write_text(capsys.readouterr().out)
+    robot = yourdfpy.URDF.load(str(path), build_scene_graph=False)
+    assert list(robot.actuated_joint_names) == [joint.name for joint in body.joints]
+
+
+def test_the_urdf_command_names_the_bodies_there_are(capsys):
+    with pytest.raises(SystemExit) as ended:
+        print_urdf.main(['elephant'])
+    assert ended.value.code == 2
+    assert 'quadruped' in capsys.readouterr().err
 
 
 @every_body

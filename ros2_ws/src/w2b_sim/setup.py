@@ -22,5 +22,5 @@ setup(
     maintainer_email='w2b@users.noreply.github.com',
     description='Simulated bodies and worlds for the brain.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['sim = w2b_sim.sim:main']},
+    entry_points={'console_scripts': ['sim = w2b_sim.sim:main', 'urdf = w2b_sim.print_urdf:main']},
 )
