@@ -8,7 +8,8 @@ From random numbers to a champion, each stage from what the one before made.
    careful of their hearing (module `careful`). What stays below `LEAST_FITNESS` is discarded.
 3. *Gate of the walks*: PyBullet, trained words, few starts. The best `--keep` go on.
 4. *Touch*: the same runs go on with the touch synapses in use, from small ones.
-5. *Choice*: candidates of those runs in PyBullet under trained and validation words. One is chosen.
+5. *Choice*: of those runs' populations, who gets farthest both ways in PyBullet; then these
+   candidates there under trained and validation words. One is chosen.
 6. *Blind*: the held-out words are asked of the chosen one, once (module `blind`).
 
 Held-out words are not even looked up before the last step, and no controller enters from outside
@@ -49,8 +50,9 @@ EARS_OF_A_RUN = 5
 #: Starts in PyBullet for a walk, for a candidate, and for the final table.
 WALK_STARTS, CHOICE_STARTS = 2, 2
 #: Seeds of the starts: none of those that choose is one of the final table.
-WALK_GATE, CHOICE_GATE, FINAL_GATE = 1, 2, 0
-CANDIDATES = 2
+WALK_GATE, CHOICE_GATE, SCOUT_GATE, FINAL_GATE = 1, 2, 3, 0
+#: How many of a run's best walk in PyBullet, from how many starts, and how many of them go on.
+SCOUTED, SCOUT_STARTS, CANDIDATES = 20, 4, 2
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,7 @@ class Lineage:
         config = config_of(self.body.name, seed, self.roles, self.vocabulary, self.effort)
         networks, fitness = self._train(config, None)
         candidates = []
-        for rank in range(min(CANDIDATES, len(fitness))):
+        for rank in self._scouted(networks):
             network = _one(networks, rank)
             table = self._gate(network, self.roles.trained, self.roles.validation, CHOICE_STARTS,
                                CHOICE_GATE)
@@ -169,6 +171,14 @@ class Lineage:
                      f'{_told(table)}')
             candidates.append(Candidate(seed, rank, network, float(fitness[rank]), table))
         return candidates
+
+    def _scouted(self, networks: Network) -> list[int]:
+        """Return the ranks of those of a run's best that get farthest both ways in PyBullet."""
+        moves = tuple(pair for pair in self.roles.trained if pair[1] != 'stop')
+        ways = [gate.shorter_way(self._gate(_one(networks, rank), moves, (), SCOUT_STARTS,
+                                            SCOUT_GATE))
+                for rank in range(min(SCOUTED, len(networks.hidden_weights)))]
+        return np.argsort(-np.array(ways), kind='stable')[:CANDIDATES].tolist()
 
     def _train(self, config: RobustConfig, stages: int | None) -> tuple[Network, Array]:
         from training.evolution.progress import progress_bar

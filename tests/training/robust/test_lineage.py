@@ -133,6 +133,24 @@ def test_candidates_that_obey_more_words_come_first_then_those_that_get_farther(
     assert sorted([restless, near, far], key=line.order) == [far, near, restless]
 
 
+def test_who_gets_farthest_both_ways_is_a_candidate(monkeypatch, tmp_path):
+    ways = [0.1, 0.9, 0.4, 0.8, 0.2]
+
+    def gated(network, body, world, words, held_out, vectors, *, validation, seed, **_options):
+        assert {word for word, _asked in words} == {'forward', 'backward'}
+        assert not held_out
+        assert not validation
+        assert seed not in (lineage.WALK_GATE, lineage.CHOICE_GATE, lineage.FINAL_GATE)
+        way = ways[round(float(network.motor_weights[0, 0]))]
+        return row('forward', 2.0, 2.0), row('backward', -way, way)
+
+    monkeypatch.setattr(gate, 'gate', gated)
+    line = Lineage(tmp_path, 'quadruped', ROLES, 'default', {}, 0.5)
+    population = Network(np.zeros((5, 5, 10)), np.arange(5.0)[:, None, None] * np.ones((1, 8, 5)),
+                         np.ones(8))
+    assert line._scouted(population) == [1, 3]
+
+
 class Spy:
     """A vocabulary that remembers which words were looked up."""
 
