@@ -43,8 +43,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         try:
             implementation = importlib.import_module(module)
         except ModuleNotFoundError as error:
-            print(f'{name}: cannot start, the module {error.name} is missing: install '
-                  'requirements/training.txt', file=sys.stderr)
+            print(f'{name}: cannot start, the module {error.name} is missing; in a checkout run '
+                  '`make setup` and `. .venv/bin/activate` first (or use .venv/bin/python), '
+                  'elsewhere install requirements/training.txt', file=sys.stderr)
             return 2
         if implementation.__doc__:
             command.description = implementation.__doc__.strip()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from time import perf_counter
 
 import numpy as np
@@ -18,7 +18,7 @@ PRECISIONS = ('float32', 'float64')
 
 
 def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'float32',
-                   threads: int = 1) -> Evaluator:
+                   threads: int = 1, say: Callable[[str], None] | None = None) -> Evaluator:
     """
     Return an evaluator of `body` in `world`.
 
@@ -32,6 +32,8 @@ def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'flo
         `float32` or `float64`; PyBullet always computes in double precision.
     threads
         Threads of the batched engine, processes of PyBullet. The results do not depend on it.
+    say
+        Is told, once, that the batched engine is being compiled; None for its logger.
 
     Raises
     ------
@@ -51,7 +53,8 @@ def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'flo
         return PyBulletEvaluator(body, world, processes=threads)
     from w2b_sim.engines.batched import BatchedEngine
 
-    batched: Evaluator = BatchedEngine(body, world, precision=precision, threads=threads)
+    batched: Evaluator = BatchedEngine(body, world, precision=precision, threads=threads,
+                                       say=say)
     return batched
 
 
@@ -71,6 +74,11 @@ class TimedEvaluator:
         self.seconds += perf_counter() - began
         self.evaluations += outcome.path_length_m.size
         return outcome
+
+    def prepare(self, network: Network, signals: NDArray[np.float64],
+                starts: Sequence[Start]) -> None:
+        """Evaluate without counting it: what compiles at its first call, does so here."""
+        self._evaluator.evaluate(network, signals, starts)
 
     def close(self) -> None:
         """End the evaluator's processes, if it has any."""

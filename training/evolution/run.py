@@ -28,7 +28,7 @@ from training.evolution.champion import WordOutcome, outcomes, write_champion
 from training.evolution.config import RunConfig
 from training.evolution.engines import TimedEvaluator, make_evaluator
 from training.evolution.objectives import aggregate, scores
-from training.evolution.operators import Layout
+from training.evolution.operators import Layout, random_genomes
 from training.evolution.rundir import RunConflictError, RunDirectory
 from training.evolution.starts import slightly_different
 from w2b_controller import __version__
@@ -78,7 +78,8 @@ class RunResult:
     evaluations
         Simulations in the whole run.
     seconds
-        Wall time of the whole run by what it went into: a name of `CLOCKS` -> s.
+        Wall time of the whole run, without compiling, by what it went into: a name of `CLOCKS`
+        -> s.
 
     """
 
@@ -95,7 +96,8 @@ def run(config: RunConfig, directory: Path | str,
         progress: Callable[[Progress], None] | None = None, *, threads: int = 1,
         checkpoint_s: float = 10.0, checkpoint_generations: int | None = None,
         vectors: Mapping[str, ArrayLike] | None = None,
-        evaluator: Evaluator | None = None) -> RunResult:
+        evaluator: Evaluator | None = None,
+        say: Callable[[str], None] | None = None) -> RunResult:
     """
     Run `config` in `directory`, or go on with it there, to its end.
 
@@ -115,6 +117,8 @@ def run(config: RunConfig, directory: Path | str,
         Word -> vector (T,); the configuration's vocabulary if not given.
     evaluator
         Instead of the configuration's engine, of the same body and world.
+    say
+        Is told from which generation a run goes on, and that the engine is being compiled.
 
     Raises
     ------
@@ -138,8 +142,12 @@ def run(config: RunConfig, directory: Path | str,
             return load_result(place.path)
         with closing(TimedEvaluator(evaluator or make_evaluator(
                 config.engine, bodies.get(config.body), WORLDS[config.world],
-                precision=config.precision, threads=threads))) as engine:
+                precision=config.precision, threads=threads, say=say))) as engine:
             work = _Run(config, heard, engine, place)
+            if work.afpo.generation and say is not None:
+                say(f'goes on from generation {work.afpo.generation} of {config.generations}')
+            if evaluator is None and config.engine == 'batched':
+                work.prepare()
             work.evolve(progress, checkpoint_s, checkpoint_generations)
             work.finish()
         return load_result(place.path)
@@ -198,6 +206,11 @@ class _Run:
             raise checkpoint.CheckpointError(
                 f'{self.place.path / rundir.CHECKPOINT}: does not belong to this run ({error}); '
                 'delete it to start again from the first generation') from None
+
+    def prepare(self) -> None:
+        """Let the engine compile or load its code now: that is not in the run's seconds."""
+        genomes = random_genomes(np.random.default_rng(0), 1, self.layout)
+        self.engine.prepare(self.layout.network(genomes), self.heard[:1], self.starts[:1])
 
     def evolve(self, progress: Callable[[Progress], None] | None, checkpoint_s: float,
                checkpoint_generations: int | None) -> None:

@@ -28,7 +28,7 @@ from w2b_sim.worlds import WORLDS, World
 
 Array = NDArray[np.float64]
 
-#: Evaluations of each sample: some nine minutes of PyBullet on one core for both of the twin.
+#: Evaluations of each sample: some eight minutes of PyBullet on one core for both of the twin.
 COUNT = 96
 #: The start of the floor's second evaluation.
 NUDGE = Start(height_m=1e-6)
@@ -68,7 +68,7 @@ def choose(body_name: str, world_name: str | None = None) -> tuple[Body, World]:
     Raises
     ------
     ValueError
-        If there is no such body or world, or PyBullet cannot run the world's friction.
+        If there is no such body or world, or PyBullet has another law for the world's friction.
 
     """
     body = bodies.get(body_name)
@@ -78,9 +78,9 @@ def choose(body_name: str, world_name: str | None = None) -> tuple[Body, World]:
     if WORLDS[name].friction is None:
         dry = [world.name for world in WORLDS.values() if world.friction is not None]
         raise ValueError(
-            f'{body.name} in {name}: PyBullet cannot run this world, whose friction is viscous; '
-            f'expected a world with dry friction (--world {" or ".join(dry)}), or recordings of '
-            'the original (--traces)')
+            f"{body.name} in {name}: PyBullet's friction is another law there, so that it is no "
+            f'reference; expected a world with dry friction (--world {" or ".join(dry)}), or '
+            'recordings of the original (--traces)')
     return body, WORLDS[name]
 
 

@@ -26,7 +26,7 @@ each, every one a controller under a word:
 
 The row `as trained` is the engine as evolution uses it: single precision and, for the twin, physics
 steps of 5 ms. PyBullet needs more than a second for an evaluation of the twin: the default count
-takes about five minutes on one core.
+takes about eight minutes on one core.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ More keys may be there and are not read.
 from __future__ import annotations
 
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -83,9 +84,13 @@ def load(path: Path) -> tuple[Traces, ...]:
         raise TracesError(f'{path}: no such file, expected an .npz of recorded traces') from None
     except TracesError:
         raise
-    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        reason = str(error).partition('\n')[0]
-        raise TracesError(f'{path}: not a readable .npz file ({reason})') from None
+    except OSError as error:
+        raise TracesError(f'{path}: cannot be read ({error.strerror or error})') from None
+    except (ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile, zlib.error):
+        # Numpy's own words advise to load it unsafely.
+        raise TracesError(f'{path}: expected an .npz file of recorded evaluations (format: '
+                          'training/measure/traces.py), got something else or a damaged one'
+                          ) from None
 
 
 def _read(path: Path, file: np.lib.npyio.NpzFile, name: str) -> Traces:

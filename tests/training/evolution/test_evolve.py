@@ -152,3 +152,36 @@ def test_help_lists_every_command(capsys):
     out = capsys.readouterr().out
     for name in COMMANDS:
         assert name in out
+
+
+def test_the_first_run_says_that_it_compiles_and_a_resumed_one_where_it_goes_on(
+        tmp_path, monkeypatch, capsys):
+    """In a process of its own: code is compiled once in a process."""
+    monkeypatch.setenv('W2B_CACHE_DIR', str(tmp_path / 'cache'))
+    options = ('evolve', '--body', 'spherical_1dof_blind', '--words', 'forward=forward,stop=stop',
+               '--population', '4', '--out', str(tmp_path / 'run'), '--generations')
+    began = time.monotonic()
+    code, out, errors = finish(command(*options, '3'))
+    took = time.monotonic() - began
+    assert code == 0, errors
+    first, *_rest, last = errors.splitlines()
+    assert first.startswith('evolve: compiling the batched engine once')
+    assert last.startswith('spherical_1dof_blind seed 0: generation 3 of 3, ')
+    assert 'goes on' not in errors
+    stated = float(re.search(r'evaluations in ([0-9.]+) s', ' '.join(out.split())).group(1))
+    assert stated < took / 4, 'the time to compile is not in it'
+    assert main([*options, '5']) == 0
+    assert 'evolve: goes on from generation 3 of 5\n' in capsys.readouterr().err
+
+
+def test_a_missing_module_is_said_with_what_helps(monkeypatch, capsys):
+    monkeypatch.setattr('importlib.import_module', missing)
+    assert main(['evolve', '--out', 'nowhere']) == 2
+    errors = capsys.readouterr().err
+    assert errors.count('\n') == 1
+    assert 'the module w2b_controller is missing' in errors
+    assert 'in a checkout run `make setup` and `. .venv/bin/activate` first' in errors
+
+
+def missing(_module):
+    raise ModuleNotFoundError(name='w2b_controller')

@@ -58,7 +58,7 @@ def test_the_table_has_a_row_a_sample_and_way_of_running_the_engine(controller, 
         (sample, engine) for sample in ('random', 'evolved')
         for engine in ('batched', 'as trained')]
     assert 'bounds' not in printed.out.lower(), 'an aim, not a bound'
-    assert 'PyBullet: evolved' in printed.err, 'the progress bar'
+    assert 'PyBullet: evolved' in printed.err, 'its progress'
 
 
 def test_json_and_no_controller_that_ships(capsys):
@@ -119,7 +119,7 @@ def test_a_touch_fraction_where_there_is_touch(vocabulary):
     (('--traces', 'a.npz', '--controllers', 'x.json'), '--controllers needs --body'),
     (('--body', BODY, '--engine', 'pybullet'), 'PyBullet is the reference'),
     (('--body', 'elephant'), "unknown body 'elephant'"),
-    (('--body', 'quadruped'), 'PyBullet cannot run this world, whose friction is viscous'),
+    (('--body', 'quadruped'), "PyBullet's friction is another law there, so that it is no"),
     (('--body', BODY, '--world', 'moon'), "expected one of paper, earth, got 'moon'"),
     (('--body', 'physical_twin', '--count', '0'), '--count: expected an integer >= 1, got 0'),
     (('--body', 'physical_twin', '--seed', '-1'), '--seed: expected an integer >= 0, got -1'),

@@ -1,6 +1,7 @@
 """The fidelity command: recordings repeated within bounds, and files that are not recordings."""
 
 import argparse
+import io
 import json
 
 import numpy as np
@@ -99,10 +100,28 @@ def test_a_malformed_file_is_a_one_line_error(few, capsys, changes, message):
     assert message in printed.err
 
 
-@pytest.mark.parametrize('content', [None, b'', b'not a zip', b'PK\x03\x04broken'])
+def array_file(save, *values):
+    buffer = io.BytesIO()
+    save(buffer, *values)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize('content', [
+    b'', b'not a zip', b'PK\x03\x04broken', b'\x89PNG\r\n\x1a\n1234',
+    array_file(np.save, np.zeros(3)), array_file(np.save, np.array([{}]))])
 def test_a_file_that_is_no_npz_is_a_one_line_error(tmp_path, capsys, content):
     path = tmp_path / 'traces.npz'
-    if content is not None:
-        path.write_bytes(content)
+    path.write_bytes(content)
     assert run(path) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
+    errors = capsys.readouterr().err
+    assert len(errors.splitlines()) == 1
+    assert f'{path}: expected an .npz file of recorded evaluations (format: ' in errors
+    assert 'pickle' not in errors
+
+
+def test_files_that_cannot_be_read_are_one_line_errors(tmp_path, capsys):
+    for path, message in ((tmp_path / 'none.npz', 'no such file'), (tmp_path, 'Is a directory')):
+        assert run(path) == 2
+        errors = capsys.readouterr().err
+        assert len(errors.splitlines()) == 1
+        assert message in errors

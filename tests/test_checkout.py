@@ -1,0 +1,75 @@
+"""`make clean` and `scripts/setup`, in a checkout of their own."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.mark.skipif(shutil.which('make') is None, reason='no make')
+def test_clean_removes_what_make_built_and_no_run(tmp_path):
+    shutil.copy(ROOT / 'Makefile', tmp_path)
+    built = ['ros2_ws/build/a', 'ros2_ws/install/a', 'ros2_ws/log/a', 'out/demo/robot.gif',
+             '.ruff_cache/a', '.mypy_cache/a', '.pytest_cache/a', '.hypothesis/a',
+             'training/__pycache__/a.pyc']
+    kept = ['out/run/champion.json', 'out/studies/a', 'out/champions/__pycache__/a', '.venv/a',
+            '.venv/__pycache__/a.pyc', 'ros2_ws/src/a.py', 'training/a.py']
+    for name in built + kept:
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text('')
+    subprocess.run(['make', '--silent', 'clean'], cwd=tmp_path, check=True)
+    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob('*') if path.is_file()}
+    assert left == {'Makefile', *kept}
+    assert not (tmp_path / 'out' / 'demo').exists()
+
+
+@pytest.fixture
+def setup(tmp_path):
+    """Return a function that runs scripts/setup with a Python that says its version is this."""
+    (tmp_path / 'scripts').mkdir()
+    (tmp_path / 'requirements').mkdir()
+    (tmp_path / 'requirements' / 'dev.txt').write_text('')
+    shutil.copy(ROOT / 'scripts' / 'setup', tmp_path / 'scripts')
+    tools = tmp_path / 'tools'
+    tools.mkdir()
+    # No g++ and no apt-get among them.
+    for name in ('bash', 'cat', 'dirname', 'id', 'pwd', 'sha256sum'):
+        (tools / name).symlink_to(shutil.which(name))
+
+    def run(minor):
+        python = tmp_path / 'python'
+        python.write_text(f"""#!{sys.executable}
+import sys
+if '-m' in sys.argv:
+    sys.exit('venv is reached')
+if '-c' in sys.argv:
+    import sysconfig
+    sys.version_info = (3, {minor}, 0, 'final', 0)
+    sysconfig.get_path = lambda name: '/nowhere'
+    exec(sys.argv[2])
+""")
+        python.chmod(0o755)
+        return subprocess.run(
+            ['bash', 'scripts/setup'], cwd=tmp_path, text=True, capture_output=True, check=False,
+            env={**os.environ, 'PATH': str(tools), 'PYTHON': str(python)})
+    return run
+
+
+def test_setup_names_what_building_pybullet_needs_before_it_builds(setup):
+    tried = setup(12)
+    assert tried.returncode == 1
+    assert tried.stderr.count('\n') == 1
+    assert 'run: sudo apt-get install g++ python3.12-dev (PyBullet has no wheel' in tried.stderr
+
+
+def test_setup_needs_no_compiler_where_pybullet_has_a_wheel(setup):
+    tried = setup(11)
+    assert tried.returncode == 1
+    assert 'venv is reached' in tried.stderr
+    assert 'g++' not in tried.stderr
