@@ -14,7 +14,7 @@ from enum import Enum
 from importlib import import_module
 from pathlib import Path
 
-from w2b_hw import calibration
+from w2b_hw import calibration, command_line
 from w2b_hw.calibrate import DEFAULT_PATH
 from w2b_hw.calibration import CalibrationError
 from w2b_hw.imu import registry
@@ -179,7 +179,7 @@ def main() -> None:
     parser.add_argument('--calibration', type=Path, default=DEFAULT_PATH,
                         help='(default: %(default)s)')
     parser.add_argument('--imu', choices=registry.CHOICES, default=registry.AUTO)
-    arguments, _ = parser.parse_known_args()
+    arguments = parser.parse_args(command_line.own())
     path = arguments.calibration.expanduser()
     try:
         address = calibration.load(path).board.address
