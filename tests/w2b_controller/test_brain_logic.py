@@ -186,18 +186,35 @@ def test_stale_frames_get_no_answer_and_a_warning_that_passes(brain, frame, cloc
     assert brain.frames_status().level is Level.OK
 
 
-def test_malformed_frames_get_no_answer_and_do_not_count_as_frames(brain, controller):
+def test_before_the_first_frame_it_waits_and_then_it_is_an_error(brain, frame, clock):
+    clock.now_s += TIMEOUT_S
+    status = brain.frames_status()
+    assert (status.level, status.message) == (Level.OK, 'waiting for the first sensor frame')
+    clock.now_s += 0.1
+    status = brain.frames_status()
+    assert (status.level, status.message) == (Level.ERROR, 'no sensor frames')
+    brain.sense(frame(1))
+    status = brain.frames_status()
+    assert (status.level, status.message) == (Level.OK, 'sensor frames flow')
+
+
+def test_malformed_frames_get_no_answer_and_do_not_count_as_frames(brain, controller, clock):
     joints = [motor.joint for motor in controller.motors]
     assert brain.joint_states(PERIOD_NS, joints, [math.nan] * 8) is None
     assert brain.joint_states(PERIOD_NS, joints[1:], [0.0] * 7) is None
+    status = brain.frames_status()
+    assert status.level is Level.WARN
+    assert status.message == f'ignored: joint_states: {joints[0]} missing'
+    clock.now_s += TIMEOUT_S + 0.1
     status = brain.frames_status()
     assert status.level is Level.ERROR
     assert status.message == f'no sensor frames; ignored: joint_states: {joints[0]} missing'
     assert status.values['malformed'] == '2'
 
 
-def test_frames_without_their_contacts_are_diagnosed(brain, controller):
+def test_frames_without_their_contacts_are_diagnosed(brain, controller, clock):
     brain.joint_states(PERIOD_NS, [motor.joint for motor in controller.motors], [0.0] * 8)
+    clock.now_s += TIMEOUT_S + 0.1
     assert brain.frames_status().message == 'no sensor frames; contacts do not come'
 
 
