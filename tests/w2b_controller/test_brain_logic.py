@@ -148,6 +148,15 @@ def test_an_accepted_word_is_answered_with_the_nearest_trained_words(brain):
     assert 'never heard' not in brain.hear('stop').message
 
 
+def test_a_word_like_no_trained_one_is_followed_with_a_note(brain):
+    answer = brain.hear('banana')
+    assert answer.level is Level.OK
+    nearest = answer.values['nearest'].removeprefix('banana: ').split(', ')[0]
+    assert f'nothing like banana was trained (nearest: {nearest})' in answer.message
+    assert 'nothing like' not in brain.hear('halt').message
+    assert 'nothing like' not in brain.hear('forward').message
+
+
 def test_a_vocabulary_with_other_vectors_is_followed_with_a_warning(controller, clock):
     brain = Brain(controller, Vocabulary.load(scale=0.5), frame_timeout_s=TIMEOUT_S, clock=clock)
     answer = brain.hear('forward')
