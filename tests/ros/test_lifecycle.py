@@ -160,6 +160,36 @@ def test_the_parameter_file_holds_every_parameter_with_its_default(system, insta
     assert 'read-only' in result.reason
 
 
+def test_a_whole_number_will_do_for_a_number(system):
+    sim = system.start('sim', real_time_factor=1, start_height=0)
+    system.wait(lambda: len(system.positions_m) > 2, 'frames')
+    assert 'paced' in sim.log
+    names = ['real_time_factor', 'start_height']
+    described = system.call(DescribeParameters, 'sim/describe_parameters',
+                            DescribeParameters.Request(names=names)).descriptors
+    assert [(one.floating_point_range[0].to_value, one.read_only) for one in described] == [
+        (100.0, True), (1.0, False)]
+    request = SetParameters.Request(parameters=[
+        RosParameter('start_height', value=value).to_parameter_msg() for value in (1, 2, 'high')])
+    taken, beyond, text = system.call(SetParameters, 'sim/set_parameters', request).results
+    assert taken.successful
+    assert not beyond.successful
+    assert 'start_height' in beyond.reason
+    assert not text.successful
+    values = system.call(GetParameters, 'sim/get_parameters',
+                         GetParameters.Request(names=names)).values
+    assert [value.double_value for value in values] == [1.0, 1.0]
+
+
+def test_a_brain_beside_a_running_sim_starts_without_an_error(system):
+    system.start('sim', real_time_factor=1)
+    system.wait(lambda: system.positions_m, 'a frame')
+    brain = system.start('brain', claim_wait=1.0)
+    system.wait_for_status('brain: frames', 0, 'sensor frames flow')
+    assert 'waiting for the first sensor frame' in brain.log
+    assert '[ERROR]' not in brain.log
+
+
 def test_topics_can_be_renamed_and_simulated_time_used(system):
     """The brain's own timers go on while simulated time stands still."""
     system.start('sim', '--ros-args', '-r', 'joint_states:=measured', '-r', 'contacts:=feet')

@@ -108,3 +108,21 @@ def test_pause_after_stops_the_clock_at_that_frame(system):
     system.wait(lambda: last in system.positions_m, '30 more frames')
     system.wait_for_status('sim: clock', 0, 'lockstep, paused')
     assert max(system.positions_m) == last
+
+
+def test_another_body_in_the_same_domain_is_pointed_out_by_both(system):
+    first = system.start('sim')
+    system.wait_for_status('sim: clock', 0, 'lockstep')
+    second = system.start('sim', '--ros-args', '-r', '__node:=other')
+    for process, names in ((first, ['/other']), (second, ['/sim', '/other'])):
+        # Until names are discovered, a node has none.
+        system.wait(lambda process=process, names=names: any(
+            f'node {name} also publishes on /joint_states' in process.log
+            or f'name {name} also publishes on /joint_states' in process.log
+            for name in names), f'{names} in the log of {process.name}')
+    system.wait_for_status('sim: clock', 1, 'also publishes on /joint_states')
+    second.stop()
+    system.wait(lambda: system.node.count_publishers('joint_states') == 1, 'the end of the second')
+    system.statuses.clear()
+    system.wait_for_status('sim: clock', 0, 'lockstep')
+    system.wait_for_status('sim: targets', 1, 'no targets: the body waits')

@@ -148,6 +148,15 @@ def test_an_accepted_word_is_answered_with_the_nearest_trained_words(brain):
     assert 'never heard' not in brain.hear('stop').message
 
 
+def test_a_word_like_no_trained_one_is_followed_with_a_note(brain):
+    answer = brain.hear('banana')
+    assert answer.level is Level.OK
+    nearest = answer.values['nearest'].removeprefix('banana: ').split(', ')[0]
+    assert f'nothing like banana was trained (nearest: {nearest})' in answer.message
+    assert 'nothing like' not in brain.hear('halt').message
+    assert 'nothing like' not in brain.hear('forward').message
+
+
 def test_a_vocabulary_with_other_vectors_is_followed_with_a_warning(controller, clock):
     brain = Brain(controller, Vocabulary.load(scale=0.5), frame_timeout_s=TIMEOUT_S, clock=clock)
     answer = brain.hear('forward')
@@ -186,18 +195,35 @@ def test_stale_frames_get_no_answer_and_a_warning_that_passes(brain, frame, cloc
     assert brain.frames_status().level is Level.OK
 
 
-def test_malformed_frames_get_no_answer_and_do_not_count_as_frames(brain, controller):
+def test_before_the_first_frame_it_waits_and_then_it_is_an_error(brain, frame, clock):
+    clock.now_s += TIMEOUT_S
+    status = brain.frames_status()
+    assert (status.level, status.message) == (Level.OK, 'waiting for the first sensor frame')
+    clock.now_s += 0.1
+    status = brain.frames_status()
+    assert (status.level, status.message) == (Level.ERROR, 'no sensor frames')
+    brain.sense(frame(1))
+    status = brain.frames_status()
+    assert (status.level, status.message) == (Level.OK, 'sensor frames flow')
+
+
+def test_malformed_frames_get_no_answer_and_do_not_count_as_frames(brain, controller, clock):
     joints = [motor.joint for motor in controller.motors]
     assert brain.joint_states(PERIOD_NS, joints, [math.nan] * 8) is None
     assert brain.joint_states(PERIOD_NS, joints[1:], [0.0] * 7) is None
+    status = brain.frames_status()
+    assert status.level is Level.WARN
+    assert status.message == f'ignored: joint_states: {joints[0]} missing'
+    clock.now_s += TIMEOUT_S + 0.1
     status = brain.frames_status()
     assert status.level is Level.ERROR
     assert status.message == f'no sensor frames; ignored: joint_states: {joints[0]} missing'
     assert status.values['malformed'] == '2'
 
 
-def test_frames_without_their_contacts_are_diagnosed(brain, controller):
+def test_frames_without_their_contacts_are_diagnosed(brain, controller, clock):
     brain.joint_states(PERIOD_NS, [motor.joint for motor in controller.motors], [0.0] * 8)
+    clock.now_s += TIMEOUT_S + 0.1
     assert brain.frames_status().message == 'no sensor frames; contacts do not come'
 
 

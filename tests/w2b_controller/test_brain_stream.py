@@ -30,7 +30,9 @@ def stream(clock):
     return FrameStream(0.05, TIMEOUT_S, clock)
 
 
-def test_it_is_lost_until_the_first_frame(stream):
+def test_without_a_first_frame_it_is_lost_after_the_timeout(stream, clock):
+    assert not stream.lost
+    clock.now_s += TIMEOUT_S + 0.01
     assert stream.lost
     assert stream.judge(7 * PERIOD_NS) is Verdict.NEXT
     assert not stream.lost

@@ -257,3 +257,16 @@ def test_command_teaches(capsys):
     out = capsys.readouterr().out
     assert 'vocabulary install bolukbasi' in out
     assert 'W2B_DATA' in out
+
+
+def test_a_reader_that_has_seen_enough_ends_the_command_in_silence():
+    read, write_end = os.pipe()
+    os.close(read)
+    try:
+        done = subprocess.run(
+            [sys.executable, '-m', 'w2b_controller.vocabulary', 'neighbours', 'halt'],
+            stdout=write_end, stderr=subprocess.PIPE, timeout=60, check=False)
+    finally:
+        os.close(write_end)
+    assert done.returncode == 141
+    assert done.stderr == b''

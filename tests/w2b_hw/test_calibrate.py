@@ -247,3 +247,11 @@ def test_sealing_from_the_command_line(tmp_path):
     command = [sys.executable, '-m', 'w2b_hw.calibrate', '--seal', '--file', str(path)]
     assert subprocess.run(command, capture_output=True, timeout=60).returncode == 0
     assert calibration.load(path).board.oscillator_hz == 26e6
+
+
+def test_sealing_without_a_file_says_how_to_make_one(tmp_path):
+    command = [sys.executable, '-m', 'w2b_hw.calibrate', '--seal', '--file', f'{tmp_path}/c.yaml']
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert run.returncode == 1
+    assert run.stderr == (f'calibrate: no calibration file at {tmp_path}/c.yaml: make one with '
+                          '`ros2 run w2b_hw calibrate`\n')

@@ -1,5 +1,6 @@
 """Preflight: what it finds, and that it only reads."""
 
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -102,6 +103,26 @@ def test_missing_packages_and_missing_ros_say_what_to_install():
 def test_memory(tmp_path, text, grade):
     (tmp_path / 'meminfo').write_text(text)
     assert preflight.check_memory(tmp_path / 'meminfo').grade is grade
+
+
+def test_the_calibration_line_says_once_what_to_do(tmp_path):
+    path = tmp_path / 'c.yaml'
+    assert str(preflight.check_calibration(path)) == (
+        f'FAIL calibration: no calibration file at {path} -> make one with '
+        '`ros2 run w2b_hw calibrate`')
+    calibration.save(nominal(), path)
+    path.write_text(path.read_text().replace('25000000.0', '26000000.0'))
+    check = preflight.check_calibration(path)
+    assert 'checksum does not fit' in check.found
+    assert '`ros2 run w2b_hw calibrate --seal`' in check.fix
+    assert 'calibrate' not in check.found
+
+
+def test_emulated_chips_need_no_calibration(tmp_path):
+    run = subprocess.run([sys.executable, '-m', 'w2b_hw.preflight', '--transport', 'emulated'],
+                         env={**os.environ, 'HOME': str(tmp_path)}, capture_output=True,
+                         text=True, timeout=60, check=False)
+    assert 'ok   calibration: emulated chips need none\n' in run.stdout
 
 
 def test_the_command_prints_a_line_for_each_check_and_fails_for_a_missing_one(tmp_path):

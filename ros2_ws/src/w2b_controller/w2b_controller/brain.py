@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from w2b_controller import node_help
@@ -9,6 +10,7 @@ from w2b_controller.ros_process import run
 
 if TYPE_CHECKING:
     from w2b_controller.brain_node import BrainNode
+    from w2b_controller.managed_node import Parameter
 
 ABOUT = """
 The brain: hears words on `command` (std_msgs/String), primes its network with their vectors, and
@@ -28,8 +30,10 @@ def make() -> BrainNode:
 
 def main() -> int:
     """Run the brain until a signal; return the exit code."""
-    if node_help.asked():
-        from w2b_controller.brain_node import PARAMETERS
-        print(node_help.text('w2b_controller', 'brain', ABOUT, PARAMETERS))
-        return 0
-    return run(make)
+    code = node_help.answer('w2b_controller', 'brain', ABOUT, _parameters)
+    return run(make) if code is None else code
+
+
+def _parameters() -> Sequence[Parameter]:
+    from w2b_controller.brain_node import PARAMETERS
+    return PARAMETERS

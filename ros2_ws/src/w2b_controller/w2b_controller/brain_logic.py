@@ -175,7 +175,8 @@ class Brain:
         values = {name: str(self._counts[name]) for name in COUNTED}
         last = self._stream.last_stamp_ns
         values['last_stamp_s'] = 'none' if last is None else f'{last / 1e9:.9f}'
-        level, message = Level.OK, 'sensor frames flow'
+        level = Level.OK
+        message = 'waiting for the first sensor frame' if last is None else 'sensor frames flow'
         if self._problem is not None:
             level, message = self._problem.level, self._problem.message
         if self._stream.lost:

@@ -14,7 +14,6 @@ from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
-from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -31,6 +30,7 @@ from w2b_controller.ros_messages import (
     LATCHED,
     NS_PER_S,
     TARGETS,
+    publisher_name,
     stamp_ns,
     to_diagnostic,
     to_stamp,
@@ -143,8 +143,8 @@ class BrainNode(ManagedNode):
             for topic in (self._topic('joint_trajectory'), self._topic('command_answer')):
                 others = self.get_publishers_info_by_topic(topic)
                 if others:
-                    raise ValueError(f'{_name(others[0])} already publishes on {topic}, and two '
-                                     'brains cannot move one body: stop it first')
+                    raise ValueError(f'{publisher_name(others[0])} already publishes on {topic}, '
+                                     'and two brains cannot move one body: stop it first')
             if time.monotonic() >= until_s:
                 return
             time.sleep(0.02)
@@ -227,10 +227,3 @@ class BrainNode(ManagedNode):
             return replace(status, level=Level.WARN,
                            message=f'{status.message}; another node publishes on {topic}')
         return status
-
-
-def _name(publisher: TopicEndpointInfo) -> str:
-    """Return the node's name, which is discovered a little later than its publishers."""
-    if 'UNKNOWN' in publisher.node_name:
-        return 'another node'
-    return f'the node {publisher.node_namespace.rstrip("/")}/{publisher.node_name}'

@@ -16,6 +16,8 @@ from w2b_controller.vocabulary import UnknownWordError, Vocabulary, VocabularyEr
 CHARACTERS_SHOWN = 300
 #: What ROS puts in the place of bytes that are no UTF-8: a damaged word must not pass for another.
 REPLACEMENT = '\ufffd'
+#: A word whose nearest trained word has a lower cosine is like none of them.
+LIKE_NOTHING = 0.25
 #: Trained words that an answer compares each word with.
 NEAREST_SHOWN = 3
 
@@ -97,6 +99,7 @@ class Ear:
         message = f'following {" ".join(phrase.words)!r}'
         if new:
             message += f' (never heard in training: {", ".join(new)})'
+            message += ''.join(map(self._like_nothing, new))
         if self.warning:
             message += f'; {self.warning}'
         values = {'words': ', '.join(phrase.words), 'vocabulary': self.source,
@@ -107,6 +110,13 @@ class Ear:
     def _refusal(self, text: str, reason: str, **values: str) -> Answer:
         return Answer(Level.ERROR, quoted(reason), self.received, quoted(text),
                       {'vocabulary': self.source, **values})
+
+    def _like_nothing(self, word: str) -> str:
+        """Return a note about a word that is like no trained one, else nothing."""
+        for near, cosine in self._vocabulary.neighbours(word, self._trained, 1):
+            if cosine < LIKE_NOTHING:
+                return f'; nothing like {word} was trained (nearest: {near} {cosine:.2f})'
+        return ''
 
     def _nearest(self, word: str) -> str:
         """Return the trained words nearest in meaning, with their cosines."""

@@ -9,12 +9,11 @@ from __future__ import annotations
 import argparse
 import sys
 
-from w2b_controller.ros_process import start_ros
+from w2b_controller.ros_process import own, start_ros
 from w2b_controller.say import (
     UNANSWERED,
     Messenger,
     NoAnswerError,
-    own,
     readable,
     seconds,
     show,

@@ -181,8 +181,10 @@ def read(text: str) -> Fields:
         return Fields(json.loads(text, parse_constant=_refuse_constant,
                                  object_pairs_hook=_refuse_duplicates))
     except json.JSONDecodeError as error:
-        raise ControllerFileError(f'line {error.lineno}: expected JSON, got {error.msg} '
-                                  f'(column {error.colno})') from None
+        reason = error.msg[:1].lower() + error.msg[1:]
+        raise ControllerFileError(
+            'the file: expected JSON, got text that is not JSON '
+            f'(line {error.lineno}, column {error.colno}: {reason})') from None
     except RecursionError:
         raise ControllerFileError(_TOO_DEEP) from None
     except ControllerFileError:

@@ -43,9 +43,8 @@ class FrameStream:
 
     @property
     def lost(self) -> bool:
-        """Whether no frame was accepted within the timeout, or ever."""
-        return (self._last_stamp_ns is None
-                or self._clock() - self._accepted_at_s > self._timeout_s)
+        """Whether no frame was accepted within the timeout, which begins with the stream."""
+        return self._clock() - self._accepted_at_s > self._timeout_s
 
     def judge(self, stamp_ns: int) -> Verdict:
         """Return what the frame with this stamp is, and remember it if it is accepted."""

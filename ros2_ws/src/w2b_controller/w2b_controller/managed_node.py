@@ -11,6 +11,7 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
 
 from w2b_controller.ros_messages import STEADY
 
@@ -34,7 +35,17 @@ class Parameter:
 
 
 def declare(node: Node, parameters: tuple[Parameter, ...]) -> None:
-    """Declare parameters with descriptions and ranges."""
+    """Declare parameters with descriptions and ranges; a whole number will do for any number."""
+    numbers = {parameter.name for parameter in parameters if isinstance(parameter.default, float)}
+
+    def as_numbers(given: list[RosParameter]) -> list[RosParameter]:
+        return [RosParameter(one.name, RosParameter.Type.DOUBLE, float(one.value))
+                if one.name in numbers and one.type_ == RosParameter.Type.INTEGER else one
+                for one in given]
+    # What was given at the start; ROS takes only a DOUBLE for a DOUBLE.
+    node._parameter_overrides.update({
+        one.name: one for one in as_numbers(list(node._parameter_overrides.values()))})
+    node.add_pre_set_parameters_callback(as_numbers)
     for parameter in parameters:
         descriptor = ParameterDescriptor(description=parameter.description,
                                          read_only=parameter.fixed)

@@ -1,11 +1,18 @@
-"""`--help` of a node: what it is for, and its parameters as they are declared."""
+"""
+The command line of a node: `--help`, and what is refused because nobody would read it.
+
+A node takes ROS arguments only. One that it ignored would be one that its user counts on: a robot
+that was meant to be emulated would move.
+"""
 
 from __future__ import annotations
 
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
+
+from w2b_controller.ros_process import USAGE_ERROR, own
 
 
 class Described(Protocol):
@@ -28,9 +35,45 @@ class Described(Protocol):
         """Least and greatest value of a number."""
 
 
-def asked(arguments: Sequence[str] | None = None) -> bool:
-    """Return whether the process was started with -h or --help."""
-    return not {'-h', '--help'}.isdisjoint(sys.argv[1:] if arguments is None else arguments)
+def answer(package: str, executable: str, about: str,
+           parameters: Callable[[], Sequence[Described]]) -> int | None:
+    """
+    Return the exit code of a node that shall not start, None for one that shall.
+
+    With -h or --help its help is printed; of an argument that is not for ROS one line says what
+    was expected. `parameters` is called for these alone: it may import ROS.
+    """
+    if not {'-h', '--help'}.isdisjoint(sys.argv[1:]):
+        print(text(package, executable, about, parameters()))
+        return 0
+    arguments = own(sys.argv)
+    if arguments:
+        names = [parameter.name for parameter in parameters()]
+        print(f'error: {executable}: {refusal(arguments, names)}', file=sys.stderr)
+        return USAGE_ERROR
+    return None
+
+
+def refusal(arguments: Sequence[str], names: Sequence[str]) -> str:
+    """Return in one line what a node expects instead of these arguments, which are not ROS's."""
+    # What is given as NAME:=VALUE, --NAME VALUE or --NAME=VALUE is most likely a parameter.
+    for index, argument in enumerate(arguments):
+        following = arguments[index + 1] if index + 1 < len(arguments) else ''
+        name, assigned, value = argument.partition(':=')
+        got = argument
+        if not assigned:
+            name, assigned, value = argument.partition('=')
+            if not assigned and following and not following.startswith('-'):
+                value, got = following, f'{argument} {following}'
+        name = name.lstrip('-').replace('-', '_')
+        if name in names:
+            return _line(f'expected --ros-args -p {name}:={value or "VALUE"}, got {got!r}')
+    return _line(f'expected ROS arguments only, --ros-args -p NAME:=VALUE (see --help), '
+                 f'got {" ".join(arguments)!r}')
+
+
+def _line(text: str) -> str:
+    return ''.join(character if character.isprintable() else ' ' for character in text)
 
 
 def text(package: str, executable: str, about: str, parameters: Sequence[Described]) -> str:

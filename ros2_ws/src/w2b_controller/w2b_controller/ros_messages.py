@@ -5,6 +5,7 @@ from __future__ import annotations
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -12,6 +13,7 @@ from rclpy.qos import (
     ReliabilityPolicy,
     qos_profile_sensor_data,
 )
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from w2b_controller.status import Status
 
@@ -28,6 +30,27 @@ LATCHED = QoSProfile(
 NS_PER_S = 1_000_000_000
 #: For timers that go on while simulated time stands still.
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
+
+
+def publisher_name(publisher: TopicEndpointInfo) -> str:
+    """Return the node's name, which is discovered a little later than its publishers."""
+    if 'UNKNOWN' in publisher.node_name:
+        return 'another node'
+    return f'the node {publisher.node_namespace.rstrip("/")}/{publisher.node_name}'
+
+
+def other_publisher(node: Node, topic: str) -> str:
+    """Return what else than this node publishes on a topic it publishes on; empty: nothing."""
+    if node.count_publishers(topic) <= 1:
+        return ''
+    names = [publisher_name(publisher)
+             for publisher in node.get_publishers_info_by_topic(topic)]
+    own = f'the node {node.get_fully_qualified_name()}'
+    if own in names:
+        names.remove(own)
+    if not names:
+        return ''
+    return f'another node with the name {own.rpartition(" ")[2]}' if own in names else min(names)
 
 
 def stamp_ns(stamp: Time) -> int:

@@ -24,6 +24,8 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 POLL_S = 0.1
 #: Leaving the middleware takes a tenth of that; after it the process ends with the stack printed.
 LONGEST_END_S = 5.0
+#: The exit code of a command line that is refused, as argparse has it.
+USAGE_ERROR = 2
 
 
 class StartError(ValueError):
@@ -38,6 +40,19 @@ class RunnableNode(Protocol):
 
     def close(self) -> None:
         """Do the last things while ROS is still up."""
+
+
+def own(arguments: Sequence[str]) -> list[str]:
+    """Return a command line's arguments that are not ROS's, without the program's name."""
+    left, of_ros = [], False
+    for argument in arguments[1:]:
+        if of_ros:
+            of_ros = argument != '--'
+        elif argument == '--ros-args':
+            of_ros = True
+        else:
+            left.append(argument)
+    return left
 
 
 class StopFlag:
@@ -63,6 +78,9 @@ def start_ros() -> bool:
     from rclpy.signals import SignalHandlerOptions
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    except rclpy_implementation.UnknownROSArgsError as error:
+        print(f'error: {_unknown(error)}', file=sys.stderr)
+        return False
     except (rclpy_implementation.RCLError, NameValidationException) as error:
         print(f'error: {" ".join(str(error).split())}', file=sys.stderr)
         return False
@@ -74,7 +92,8 @@ def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> NoR
     Run the node that `make_node` builds until a signal or its own end; then end the process.
 
     The node is an `rclpy.node.Node` with what `RunnableNode` asks for. The exit code is 0 after a
-    signal, the node's own if it wants to end, and 1 if it cannot start.
+    signal, the node's own if it wants to end, 1 if it cannot start, and 2 for arguments after
+    --ros-args that ROS does not know.
     """
     stop = StopFlag()
     stop.install()
@@ -86,12 +105,19 @@ def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> NoR
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         code = _spin(make_node, stop)
+    except rclpy_implementation.UnknownROSArgsError as error:
+        print(f'error: {_unknown(error)}', file=sys.stderr)
+        code = USAGE_ERROR
     except (StartError, ParameterException, NameValidationException,
             rclpy_implementation.RCLError) as error:
         print(f'error: {" ".join(str(error).split())}', file=sys.stderr)
     _end_soon()
     rclpy.try_shutdown()
     leave(code)
+
+
+def _unknown(error: Exception) -> str:
+    return f'--ros-args: expected -p NAME:=VALUE and the like, got {error}'
 
 
 def _spin(make_node: Callable[[], Node], stop: StopFlag) -> int:

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from w2b_controller.ros_process import StopFlag, start_ros
+from w2b_controller.ros_process import StopFlag, own, start_ros
 
 if TYPE_CHECKING:
     from diagnostic_msgs.msg import DiagnosticStatus
@@ -121,12 +121,6 @@ def seconds(text: str) -> float:
 def readable(text: str) -> bool:
     """Return whether text came in as UTF-8: what did not cannot be sent."""
     return not any('\ud800' <= character <= '\udfff' for character in text)
-
-
-def own(arguments: list[str]) -> list[str]:
-    """Return a command line's arguments that are not ROS's."""
-    end = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
-    return arguments[1:end]
 
 
 def _arguments(arguments: list[str]) -> argparse.Namespace:

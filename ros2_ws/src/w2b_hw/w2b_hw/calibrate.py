@@ -17,7 +17,7 @@ import tty
 from pathlib import Path
 from types import FrameType
 
-from w2b_hw import calibration
+from w2b_hw import calibration, command_line
 from w2b_hw.calibration import Calibration, CalibrationError
 from w2b_hw.calibration_session import HELP, Session
 from w2b_hw.guard import Guard
@@ -106,7 +106,7 @@ def main() -> None:
     parser.add_argument('--file', type=Path, default=DEFAULT_PATH, help='(default: %(default)s)')
     parser.add_argument('--seal', action='store_true',
                         help='only check a file that was edited by hand and renew its checksum')
-    arguments, _ = parser.parse_known_args()
+    arguments = parser.parse_args(command_line.own())
     path = arguments.file.expanduser()
     try:
         if arguments.seal:

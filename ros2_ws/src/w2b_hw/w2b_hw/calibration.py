@@ -31,7 +31,11 @@ HOW_TO_MAKE = 'make one with `ros2 run w2b_hw calibrate`'
 
 
 class CalibrationError(ValueError):
-    """No usable calibration; one line says what is wrong and what to do."""
+    """No usable calibration: one line says what is wrong, and `fix` what to do about it."""
+
+    def __init__(self, problem: str, fix: str = '') -> None:
+        super().__init__(f'{problem}: {fix}' if fix else problem)
+        self.problem, self.fix = problem, fix
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,7 @@ class Servo:
             if not self.min_us - _ROUNDING_US <= pulse_us <= self.max_us + _ROUNDING_US:
                 raise CalibrationError(
                     f'{name}: {field} {angle_rad:.3f} rad needs a pulse of {pulse_us:.0f} us, '
-                    f'outside its {self.min_us:.0f}..{self.max_us:.0f} us: calibrate it again')
+                    f'outside its {self.min_us:.0f}..{self.max_us:.0f} us', 'calibrate it again')
 
     def pulse_us(self, angle_rad: float) -> float:
         """Return the pulse for an angle, within the servo's limits whatever the angle."""
@@ -151,17 +155,21 @@ def load(path: Path) -> Calibration:
         unknown or out of range, or the checksum does not fit.
 
     """
-    try:
-        document = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except FileNotFoundError:
-        raise CalibrationError(f'no calibration file at {path}: {HOW_TO_MAKE}') from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise CalibrationError(f'{path} cannot be read ({str(error).splitlines()[0]}): '
-                               f'{HOW_TO_MAKE}') from None
+    document = _document(path)
     try:
         return _parsed(document)
     except CalibrationError as error:
-        raise CalibrationError(f'{path}: {error}') from None
+        raise CalibrationError(f'{path}: {error.problem}', error.fix) from None
+
+
+def _document(path: Path) -> Any:
+    try:
+        return yaml.safe_load(path.read_text(encoding='utf-8'))
+    except FileNotFoundError:
+        raise CalibrationError(f'no calibration file at {path}', HOW_TO_MAKE) from None
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = (isinstance(error, OSError) and error.strerror) or str(error).splitlines()[0]
+        raise CalibrationError(f'{path} cannot be read ({reason})', HOW_TO_MAKE) from None
 
 
 def save(calibration: Calibration, path: Path) -> None:
@@ -193,27 +201,28 @@ def _parsed(document: Any) -> Calibration:
     body = dict(_mapping('file', document, ('format', 'version', 'board', 'servos', 'checksum')))
     if (body['format'], body['version']) != (FORMAT, VERSION):
         raise CalibrationError(f'expected {FORMAT} version {VERSION}, got {body["format"]!r} '
-                               f'version {body["version"]!r}: {HOW_TO_MAKE}')
+                               f'version {body["version"]!r}', HOW_TO_MAKE)
     stated = body.pop('checksum')
     try:
         actual = checksum(body)
     except (TypeError, ValueError):
-        raise CalibrationError(f'expected plain values only: {HOW_TO_MAKE}') from None
+        raise CalibrationError('expected plain values only', HOW_TO_MAKE) from None
     if stated != actual:
         raise CalibrationError('the checksum does not fit, so the file was cut short or edited by '
-                               'hand: calibrate again, or check every value and seal it with '
+                               'hand', 'calibrate again, or check every value and seal it with '
                                '`ros2 run w2b_hw calibrate --seal`')
     return _built(body)
 
 
 def seal(path: Path) -> None:
     """Give a file that was edited by hand a new checksum, if all else in it is in order."""
+    document = _document(path)
     try:
-        document = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise CalibrationError(f'{path}: {str(error).splitlines()[0]}') from None
-    save(_built(dict(_mapping('file', document,
-                              ('format', 'version', 'board', 'servos', 'checksum')))), path)
+        built = _built(dict(_mapping('file', document,
+                                     ('format', 'version', 'board', 'servos', 'checksum'))))
+    except CalibrationError as error:
+        raise CalibrationError(f'{path}: {error.problem}', error.fix) from None
+    save(built, path)
 
 
 def _built(body: Mapping[str, Any]) -> Calibration:
@@ -231,13 +240,13 @@ def _names(kind: type[Board] | type[Servo]) -> Sequence[str]:
 
 def _mapping(where: str, value: Any, names: Sequence[str]) -> Mapping[str, Any]:
     if not isinstance(value, dict):
-        raise CalibrationError(f'{where}: expected fields, got {type(value).__name__}: '
-                               f'{HOW_TO_MAKE}')
+        raise CalibrationError(f'{where}: expected fields, got {type(value).__name__}',
+                               HOW_TO_MAKE)
     if set(value) != set(names):
         missing = [name for name in names if name not in value]
         unknown = [str(name) for name in value if name not in names]
         raise CalibrationError(f'{where}: missing {missing or "none"}, unknown '
-                               f'{unknown or "none"}: {HOW_TO_MAKE}')
+                               f'{unknown or "none"}', HOW_TO_MAKE)
     return value
 
 

@@ -33,7 +33,14 @@ from w2b_hw.power import Power
 from w2b_hw.robot import Report, Robot
 from w2b_hw.servo_bank import ChipStateError
 from w2b_hw.targets import TargetGate, TargetRefusedError
-from w2b_hw.transport import DEFAULT_DEVICE, EMULATED, FrameBudget, open_transport
+from w2b_hw.transport import (
+    DEFAULT_DEVICE,
+    EMULATED,
+    FrameBudget,
+    check_name,
+    is_emulated,
+    open_transport,
+)
 from w2b_hw.watchdog import Systemd
 
 RATE_HZ = 20.0
@@ -107,6 +114,7 @@ class HardwareNode(ManagedNode):
             raise
 
     def _configure(self, name: str) -> None:
+        check_name(name)
         found = self._calibration(name)
         self._bus = FrameBudget(open_transport(name, exclusive=True))
         self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ,
@@ -121,7 +129,7 @@ class HardwareNode(ManagedNode):
 
     def _calibration(self, transport: str) -> calibration.Calibration:
         path = self._text('calibration')
-        if transport.partition(':')[0] == EMULATED and path == DEFAULT_CALIBRATION:
+        if is_emulated(transport) and path == DEFAULT_CALIBRATION:
             return calibration.nominal()
         return calibration.load(Path(path).expanduser())
 

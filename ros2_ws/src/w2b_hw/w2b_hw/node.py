@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from w2b_controller import node_help
 from w2b_controller.ros_process import run
 
 if TYPE_CHECKING:
+    from w2b_controller.managed_node import Parameter
     from w2b_hw.hardware_node import HardwareNode
 
 ABOUT = """
@@ -29,11 +31,13 @@ def make() -> HardwareNode:
 
 def main() -> int:
     """Run the node until a signal; the servos are off when it ends."""
-    if node_help.asked():
-        from w2b_hw.hardware_node import PARAMETERS
-        print(node_help.text('w2b_hw', 'hardware', ABOUT, PARAMETERS))
-        return 0
-    return run(make)
+    code = node_help.answer('w2b_hw', 'hardware', ABOUT, _parameters)
+    return run(make) if code is None else code
+
+
+def _parameters() -> Sequence[Parameter]:
+    from w2b_hw.hardware_node import PARAMETERS
+    return PARAMETERS
 
 
 if __name__ == '__main__':

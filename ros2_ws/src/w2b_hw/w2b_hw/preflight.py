@@ -7,6 +7,7 @@ It only reads: no servo moves, no chip is written to.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,14 +15,20 @@ from enum import Enum
 from importlib import import_module
 from pathlib import Path
 
-from w2b_hw import calibration
+from w2b_hw import calibration, command_line
 from w2b_hw.calibrate import DEFAULT_PATH
 from w2b_hw.calibration import CalibrationError
 from w2b_hw.imu import registry
 from w2b_hw.imu.part import ImuError
 from w2b_hw.power import HWMON, Power
 from w2b_hw.relax import ALL_LED_OFF_H, MODE1, PRE_SCALE
-from w2b_hw.transport import DEFAULT_DEVICE, Transport, open_transport, read_register
+from w2b_hw.transport import (
+    DEFAULT_DEVICE,
+    Transport,
+    is_emulated,
+    open_transport,
+    read_register,
+)
 
 CONFIG = '/boot/firmware/config.txt'
 WANTED_HZ = 400_000
@@ -91,7 +98,8 @@ def check_calibration(path: Path) -> Check:
     try:
         found = calibration.load(path)
     except CalibrationError as error:
-        return Check(Grade.FAIL, 'calibration', str(error), 'ros2 run w2b_hw calibrate')
+        return Check(Grade.FAIL, 'calibration', error.problem,
+                     error.fix or 'ros2 run w2b_hw calibrate')
     if found == calibration.nominal():
         return Check(Grade.WARN, 'calibration', f'{path} holds nominal values only',
                      'calibrate each servo before it carries a leg')
@@ -179,16 +187,19 @@ def main() -> None:
     parser.add_argument('--calibration', type=Path, default=DEFAULT_PATH,
                         help='(default: %(default)s)')
     parser.add_argument('--imu', choices=registry.CHOICES, default=registry.AUTO)
-    arguments, _ = parser.parse_known_args()
+    arguments = parser.parse_args(command_line.own())
     path = arguments.calibration.expanduser()
-    try:
-        address = calibration.load(path).board.address
-    except CalibrationError:
-        address = calibration.nominal().board.address
+    # As the hardware node has it: emulated chips are ideal unless a file is given.
+    ideal = is_emulated(arguments.transport) and arguments.calibration == DEFAULT_PATH
+    address = calibration.nominal().board.address
+    if not ideal:
+        with contextlib.suppress(CalibrationError):
+            address = calibration.load(path).board.address
     checks = check_bus(arguments.transport, address, arguments.imu)
     if arguments.transport.startswith('/'):
         checks.append(check_bus_clock(arguments.transport, Path('/sys/class/i2c-adapter')))
-    checks += [check_calibration(path), check_power(Power(HWMON)), *check_modules(),
+    checks += [Check(Grade.OK, 'calibration', 'emulated chips need none') if ideal
+               else check_calibration(path), check_power(Power(HWMON)), *check_modules(),
                check_memory(Path('/proc/meminfo'))]
     for check in checks:
         print(check)

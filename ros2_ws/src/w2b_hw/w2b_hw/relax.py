@@ -11,6 +11,7 @@ import argparse
 import sys
 import time
 
+from w2b_hw import command_line
 from w2b_hw.transport import DEFAULT_DEVICE, Transport, open_transport, write_register
 
 # Registers of the PCA9685 (NXP data sheet Rev. 4, table 4).
@@ -67,7 +68,7 @@ def main() -> None:
                         help='of the PCA9685 (default: 0x40)')
     parser.add_argument('--seconds', type=float, default=0.8,
                         help='how long to try (default: %(default)s)')
-    arguments, _ = parser.parse_known_args()
+    arguments = parser.parse_args(command_line.own())
     error = relax_until(arguments.transport, arguments.address, arguments.seconds)
     if error is not None:
         sys.exit(f'relax: the PCA9685 at 0x{arguments.address:02x} on {arguments.transport} '

@@ -158,6 +158,18 @@ class FrameBudget:
         self._transport.close()
 
 
+def is_emulated(name: str) -> bool:
+    """Return whether a bus of this name has emulated chips."""
+    return name.partition(':')[0] == EMULATED
+
+
+def check_name(name: str) -> None:
+    """Raise a ValueError unless `name` has the form of a bus's name."""
+    if not is_emulated(name) and not name.startswith('/'):
+        raise ValueError(f'transport: expected a device such as {DEFAULT_DEVICE}, {EMULATED} or '
+                         f'{EMULATED}:SOCKET, got {name!r}')
+
+
 def open_transport(name: str = DEFAULT_DEVICE, *, exclusive: bool = False) -> Transport:
     """
     Return the bus of this name; `exclusive` claims a device, see `LinuxTransport`.
@@ -173,8 +185,9 @@ def open_transport(name: str = DEFAULT_DEVICE, *, exclusive: bool = False) -> Tr
         If the name is of no such form.
 
     """
-    kind, _, path = name.partition(':')
-    if kind == EMULATED:
+    check_name(name)
+    if is_emulated(name):
+        path = name.partition(':')[2]
         if path:
             from w2b_hw.emulation.client import SocketTransport
 
@@ -182,7 +195,4 @@ def open_transport(name: str = DEFAULT_DEVICE, *, exclusive: bool = False) -> Tr
         from w2b_hw.emulation.robot import EmulatedRobot
 
         return EmulatedRobot().wire
-    if name.startswith('/'):
-        return LinuxTransport(name, exclusive=exclusive)
-    raise ValueError(f'transport: expected {DEFAULT_DEVICE}, {EMULATED} or {EMULATED}:SOCKET, '
-                     f'got {name!r}')
+    return LinuxTransport(name, exclusive=exclusive)

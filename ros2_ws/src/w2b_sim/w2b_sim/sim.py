@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from w2b_controller import node_help
 from w2b_controller.ros_process import run
 
 if TYPE_CHECKING:
+    from w2b_controller.managed_node import Parameter
     from w2b_sim.sim_node import SimNode
 
 ABOUT = """
@@ -25,8 +27,10 @@ def make() -> SimNode:
 
 def main() -> int:
     """Run the simulation until a signal; return the exit code."""
-    if node_help.asked():
-        from w2b_sim.sim_node import PARAMETERS
-        print(node_help.text('w2b_sim', 'sim', ABOUT, PARAMETERS))
-        return 0
-    return run(make)
+    code = node_help.answer('w2b_sim', 'sim', ABOUT, _parameters)
+    return run(make) if code is None else code
+
+
+def _parameters() -> Sequence[Parameter]:
+    from w2b_sim.sim_node import PARAMETERS
+    return PARAMETERS

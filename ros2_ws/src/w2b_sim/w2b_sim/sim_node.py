@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, Vector3
@@ -23,9 +24,16 @@ from trajectory_msgs.msg import JointTrajectory
 
 from w2b_controller.diagnostics import DiagnosticsReporter
 from w2b_controller.managed_node import Parameter, declare
-from w2b_controller.ros_messages import FRAMES_OUT, STEADY, TARGETS, stamp_ns, to_stamp
+from w2b_controller.ros_messages import (
+    FRAMES_OUT,
+    STEADY,
+    TARGETS,
+    other_publisher,
+    stamp_ns,
+    to_stamp,
+)
 from w2b_controller.ros_process import StartError
-from w2b_controller.status import Status
+from w2b_controller.status import Level, Status
 from w2b_sim import bodies
 from w2b_sim.engines.interface import Start
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
@@ -202,7 +210,17 @@ class SimNode(Node):
         return message
 
     def _statuses(self) -> Sequence[Status]:
-        return [self._robot.targets_status(), self._robot.clock_status()]
+        return [self._robot.targets_status(), self._clock_status()]
+
+    def _clock_status(self) -> Status:
+        """How time goes, and who else sends frames: a brain takes those of one body only."""
+        status = self._robot.clock_status()
+        for publisher in (self._joint_states, self._odometry):
+            other = other_publisher(self, publisher.topic_name)
+            if other:
+                return replace(status, level=Level.WARN, message=f'{status.message}; {other} '
+                               f'also publishes on {publisher.topic_name}: stop one of them')
+        return status
 
     def close(self) -> None:
         """Leave the physics server."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import signal
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -69,11 +71,16 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 after one line about what went wrong."""
+    """Run the command; return 0, 1 after one line about what went wrong, or what a signal gives."""
     args = parser().parse_args(argv)
     try:
         {'install': _install, 'list': _list, 'neighbours': _neighbours,
          'make-default': _make_default}[args.command](args)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader, such as `head`, has seen enough. Nor may the flush at the exit find it gone.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 128 + signal.SIGPIPE
     except VocabularyError as error:
         print(f'vocabulary: {error}', file=sys.stderr)
         return 1

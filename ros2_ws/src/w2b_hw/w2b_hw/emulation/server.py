@@ -23,6 +23,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from w2b_hw import command_line
 from w2b_hw.emulation.robot import IMUS, EmulatedRobot
 from w2b_hw.transport import Message, Read, Write
 
@@ -85,7 +86,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description='Serve emulated chips on a Unix socket.')
     parser.add_argument('path', help='path of the socket')
     parser.add_argument('--imu', choices=IMUS, default='lsm6dsox')
-    arguments, _ = parser.parse_known_args()
+    arguments = parser.parse_args(command_line.own())
     server = ChipServer(arguments.path, arguments.imu)
     print(f'emulated chips at {arguments.path}', flush=True)
     try:
