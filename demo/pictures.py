@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import pybullet
 import pybullet_data
 from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
@@ -15,6 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 from demo.robot import Motion
 from w2b_sim.bodies.model import Body
 from w2b_sim.bodies.urdf import to_urdf
+from w2b_sim.engines.quiet_pybullet import pybullet
 
 PANEL_PX = (400, 240)
 GIF_FRAMES = 60

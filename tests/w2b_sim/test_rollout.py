@@ -1,5 +1,7 @@
 """Evaluation in PyBullet: what is logged, its repeatability, processes, bad weights."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -124,3 +126,9 @@ def test_path_and_steps_of_a_log():
     assert log.position_m.shape == (1, 3)
     assert log.path_length_m == 0
     assert log.largest_step_m == 0
+
+
+def test_importing_the_engine_prints_nothing():
+    done = subprocess.run([sys.executable, '-c', 'import w2b_sim.engines.pybullet_engine'],
+                          capture_output=True, text=True, check=True, timeout=120)
+    assert done.stdout == done.stderr == ''

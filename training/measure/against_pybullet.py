@@ -185,10 +185,9 @@ def in_pybullet(body: Body, world: World, sample: Sample, processes: int = 1) ->
         If PyBullet cannot run the body.
 
     """
-    import pybullet
-
     from training.evolution.progress import counting
     from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator
+    from w2b_sim.engines.quiet_pybullet import pybullet
 
     count = len(sample.signals)
     # Processes take four tasks at a time; a controller is two.

@@ -13,12 +13,12 @@ from math import ceil
 from pathlib import Path
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 
 from w2b_sim.bodies.model import Body
 from w2b_sim.bodies.urdf import to_urdf
 from w2b_sim.engines.interface import Frame, Start
+from w2b_sim.engines.quiet_pybullet import pybullet
 from w2b_sim.worlds import World
 
 Array = NDArray[np.float64]
