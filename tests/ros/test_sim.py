@@ -126,3 +126,11 @@ def test_another_body_in_the_same_domain_is_pointed_out_by_both(system):
     system.statuses.clear()
     system.wait_for_status('sim: clock', 0, 'lockstep')
     system.wait_for_status('sim: targets', 1, 'no targets: the body waits')
+
+
+def test_a_parameter_that_there_is_not_is_pointed_out(system):
+    sim = system.start('sim', real_time_facto=1.0, use_sim_time=False)
+    system.wait(lambda: system.positions_m, 'a frame')
+    warnings = [line for line in sim.log.splitlines() if 'no parameter' in line]
+    assert len(warnings) == 1
+    assert "no parameter 'real_time_facto' here; did you mean 'real_time_factor'?" in warnings[0]

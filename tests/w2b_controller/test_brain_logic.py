@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from w2b_controller import controller_file, network
 from w2b_controller.brain_logic import WARNING_S, Brain
 from w2b_controller.command import CHARACTERS_SHOWN, quoted
+from w2b_controller.frame_stream import FIRST_FRAME_S
 from w2b_controller.sensor_frames import SensorFrame
 from w2b_controller.status import Level
 from w2b_controller.vocabulary import Vocabulary, VocabularyError
@@ -196,7 +197,7 @@ def test_stale_frames_get_no_answer_and_a_warning_that_passes(brain, frame, cloc
 
 
 def test_before_the_first_frame_it_waits_and_then_it_is_an_error(brain, frame, clock):
-    clock.now_s += TIMEOUT_S
+    clock.now_s += TIMEOUT_S + FIRST_FRAME_S
     status = brain.frames_status()
     assert (status.level, status.message) == (Level.OK, 'waiting for the first sensor frame')
     clock.now_s += 0.1
@@ -214,7 +215,7 @@ def test_malformed_frames_get_no_answer_and_do_not_count_as_frames(brain, contro
     status = brain.frames_status()
     assert status.level is Level.WARN
     assert status.message == f'ignored: joint_states: {joints[0]} missing'
-    clock.now_s += TIMEOUT_S + 0.1
+    clock.now_s += TIMEOUT_S + FIRST_FRAME_S + 0.1
     status = brain.frames_status()
     assert status.level is Level.ERROR
     assert status.message == f'no sensor frames; ignored: joint_states: {joints[0]} missing'
@@ -223,7 +224,7 @@ def test_malformed_frames_get_no_answer_and_do_not_count_as_frames(brain, contro
 
 def test_frames_without_their_contacts_are_diagnosed(brain, controller, clock):
     brain.joint_states(PERIOD_NS, [motor.joint for motor in controller.motors], [0.0] * 8)
-    clock.now_s += TIMEOUT_S + 0.1
+    clock.now_s += TIMEOUT_S + FIRST_FRAME_S + 0.1
     assert brain.frames_status().message == 'no sensor frames; contacts do not come'
 
 

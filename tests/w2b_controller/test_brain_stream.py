@@ -4,7 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from w2b_controller.frame_stream import LARGEST_LEAP_PERIODS, FrameStream, Verdict
+from w2b_controller.frame_stream import (
+    FIRST_FRAME_S,
+    LARGEST_LEAP_PERIODS,
+    FrameStream,
+    Verdict,
+)
 
 PERIOD_NS = 50_000_000
 TIMEOUT_S = 0.5
@@ -31,8 +36,9 @@ def stream(clock):
 
 
 def test_without_a_first_frame_it_is_lost_after_the_timeout(stream, clock):
+    clock.now_s += TIMEOUT_S + FIRST_FRAME_S - 0.01
     assert not stream.lost
-    clock.now_s += TIMEOUT_S + 0.01
+    clock.now_s += 0.02
     assert stream.lost
     assert stream.judge(7 * PERIOD_NS) is Verdict.NEXT
     assert not stream.lost

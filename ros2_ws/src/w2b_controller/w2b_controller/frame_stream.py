@@ -7,6 +7,9 @@ from enum import Enum
 
 #: A frame further ahead than this is no successor while frames flow.
 LARGEST_LEAP_PERIODS = 100
+#: What the first frame may take beyond the timeout: nodes have to find each other, and a body that
+#: waits for targets sends its frame but twice a second.
+FIRST_FRAME_S = 1.0
 
 
 class Verdict(Enum):
@@ -43,8 +46,9 @@ class FrameStream:
 
     @property
     def lost(self) -> bool:
-        """Whether no frame was accepted within the timeout, which begins with the stream."""
-        return self._clock() - self._accepted_at_s > self._timeout_s
+        """Whether no frame was accepted within the timeout, or none at all, and for longer."""
+        longest_s = self._timeout_s + (FIRST_FRAME_S if self._last_stamp_ns is None else 0.0)
+        return self._clock() - self._accepted_at_s > longest_s
 
     def judge(self, stamp_ns: int) -> Verdict:
         """Return what the frame with this stamp is, and remember it if it is accepted."""

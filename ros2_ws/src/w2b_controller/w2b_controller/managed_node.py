@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any
 
 from lifecycle_msgs.srv import ChangeState
@@ -54,6 +55,16 @@ def declare(node: Node, parameters: tuple[Parameter, ...]) -> None:
             descriptor.floating_point_range = [
                 FloatingPointRange(from_value=low, to_value=high, step=0.0)]
         node.declare_parameter(parameter.name, parameter.default, descriptor)
+    _warn_of_unknown(node, [parameter.name for parameter in parameters])
+
+
+def _warn_of_unknown(node: Node, names: list[str]) -> None:
+    """Warn of what was given at the start and is no parameter; a shared file may hold others'."""
+    for given in node._parameter_overrides:
+        if not node.has_parameter(given) and not given.startswith('qos_overrides.'):
+            near = get_close_matches(given, names, 1)
+            node.get_logger().warning(f'ignored: no parameter {given!r} here'
+                                      + (f'; did you mean {near[0]!r}?' if near else ''))
 
 
 class ManagedNode(LifecycleNode):
