@@ -186,17 +186,20 @@ def _fitness(tested: list[Tested], family: int) -> Finding:
     if lacking:
         return Finding(claim, lacking, UNTESTED)
     differing = {one.comparison.panel: one for one in tested if one.p_holm < ALPHA_FITNESS}
-    published = {TITLES[body] for body, row in FITNESS.items() if row.significant}
+    [published] = [TITLES[body] for body, row in FITNESS.items() if row.significant]
+    [there] = [one for one in tested if one.comparison.panel == published]
     here = ('differs at corrected p < 0.05 in ' + ', '.join(
         f'{body} (E {"above" if one.rank_biserial > 0 else "below"} C, {p_value(one.p_holm)})'
         for body, one in differing.items())) if differing else (
             'no body differs at corrected p < 0.05')
-    if set(differing) == published and all(
-            one.rank_biserial > 0 for one in differing.values()):
-        return Finding(claim, here, REPLICATES)
-    agreeing = sum((body in differing) == (body in published) for body in TITLES.values())
-    return Finding(claim, f'{here}; agrees with the paper in {agreeing} of {len(TITLES)} bodies',
-                   IN_PART if agreeing else NOT)
+    if published not in differing:
+        low, high = there.interval
+        here += (f'; not in {published} (rank-biserial effect {there.rank_biserial:+.2f} '
+                 f'[{low:+.2f}, {high:+.2f}], {p_value(there.p_holm)})')
+    # That the other bodies do not differ is no evidence: the one difference decides.
+    if published not in differing or there.rank_biserial < 0:
+        return Finding(claim, here, NOT)
+    return Finding(claim, here, REPLICATES if len(differing) == 1 else IN_PART)
 
 
 def _control_moves(table: pd.DataFrame) -> Finding:

@@ -23,6 +23,9 @@ RULES = (
     'in every place where the paper has it; “in part” if in some of them.',
     'A claim of no difference is “consistent” if no corrected p-value is below the level. That is '
     'no proof of equality, so the largest effect size stands beside it.',
+    'A claim of a difference in one body only is decided by that difference: without it, or with '
+    'its direction reversed, the claim “does not replicate”, however many other bodies agree; with '
+    'it, “replicates” if no other body differs, and “in part” if one does.',
     'A claim about all six bodies is judged only if all six were run.',
     '“Not tested”: so few runs that not even samples without any overlap would be significant.',
     'That morphology matters “replicates” if the effect is significant in some bodies and not in '
