@@ -17,6 +17,7 @@ from training.report.verdicts import (
     CONSISTENT,
     HOLDS,
     HOLDS_IN_PART,
+    HOLDS_NOT,
     IN_PART,
     NOT,
     REPLICATES,
@@ -188,16 +189,44 @@ def test_beyond_the_paper(store: dict[str, pd.DataFrame]) -> None:
     table = per_run(store['runs'], store['outcomes'], store['robustness'])
     rates = behaviour.lexicon(store['robustness'], thresholds_m(table))
     tested = compare_all(comparisons(table, behaviour.selectivity(rates)))
-    perturbed, pybullet, lexicon = beyond(tested, table)
-    assert (perturbed.verdict, lexicon.verdict) == (HOLDS, HOLDS)
+    words, perturbed, pybullet, lexicon = beyond(tested, table)
+    assert (words.verdict, perturbed.verdict, lexicon.verdict) == (HOLDS, HOLDS, HOLDS)
     assert (pybullet.verdict, pybullet.here) == (UNTESTED, 'not scored')
     # Where control champions stop from perturbed starts, the difference is gone.
     moved = store['robustness'].copy()
     moved.loc[(moved.body == 'minimal') & (moved.role == 'held_out'), 'displacement_m'] = 0.01
     table = per_run(store['runs'], store['outcomes'], moved)
-    perturbed, *_ = beyond(compare_all(comparisons(table)), table)
+    _, perturbed, *_ = beyond(compare_all(comparisons(table)), table)
     assert perturbed.verdict == HOLDS_IN_PART
     assert 'not in Minimal' in perturbed.here
+
+
+def test_a_body_that_never_goes_backward_is_named(store: dict[str, pd.DataFrame]) -> None:
+    outcomes = store['outcomes'].copy()
+    outcomes.loc[(outcomes.body == 'minimal') & (outcomes.behaviour == 'backward'),
+                 ['final_x_m', 'displacement_m']] = 0.2
+    table = per_run(store['runs'], outcomes)
+    tested = compare_all(comparisons(table))
+    moves = findings(tested, table)[0]
+    assert moves.verdict == REPLICATES, 'the mean over both words is still larger than of stops'
+    assert 'no champion goes the asked way under one of them in Minimal (backward: 0 of 24)' in (
+        moves.here)
+    words = beyond(tested, table)[0]
+    assert words.verdict == HOLDS_IN_PART
+    assert words.here == ('under both in 6 of 7 places; fewer in Minimal (backward: 0 of 24)')
+
+
+def test_a_word_under_which_the_simulator_exploded_is_not_obeyed() -> None:
+    small = tables({('balanced', 'quadruped'): 1.0}, seeds=10)
+    outcomes = small['outcomes']
+    # One of the two forward words, in all runs.
+    outcomes.loc[outcomes.word == 'forwards', 'largest_step_m'] = 0.5
+    table = per_run(small['runs'], outcomes)
+    assert table.forward_m.notna().all()
+    assert table.forward_least_m.isna().all()
+    words = beyond(compare_all(comparisons(table)), table)[0]
+    assert words.here.endswith('fewer in Quadruped, balanced set (forward: 0 of 20)')
+    assert words.verdict == HOLDS_NOT
 
 
 def test_that_the_body_matters_takes_effects_that_differ() -> None:
