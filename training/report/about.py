@@ -9,21 +9,31 @@ import pandas as pd
 
 from training.report import tables
 from training.report.comparisons import panels, select
-from training.report.parts import Section
+from training.report.parts import Section, counted
 from training.report.published import GENERATIONS, RUNS_AN_ARM, title
 from training.study.directory import StudyDirectory, read_json
 from training.study.lexicon import lexicon_sha256, load_lexicon
+from training.study.store import Tables
 
 
 def lead(runs: pd.DataFrame, about: dict[str, Any]) -> str:
     """Return the report's first sentences: how much was computed, with what."""
     identity = about['identity']
-    cpu = runs.cpu_s.fillna(runs.wall_s).sum() / 3600
-    return (f'{len(runs)} evolutionary runs of {identity["generations"]:,} generations and '
-            f'{int(runs.evaluations.sum()):,} simulations in {cpu:.1f} core hours. Engine: '
+    cpu_s = float(runs.cpu_s.fillna(runs.wall_s).sum())
+    return (f'{counted(len(runs), "evolutionary run")} of '
+            f'{counted(identity["generations"], "generation")} and '
+            f'{int(runs.evaluations.sum()):,} simulations in {core_time(cpu_s)}. Engine: '
             f'{identity["engine"]}, {identity["precision"]}. Objective: {identity["objective"]}. '
             f'Program {identity["program_version"]}, commit {commits(runs)}. Vocabulary '
             f'{identity["vocabulary"]}, its vectors’ hash {identity["vocabulary_sha256"][:12]}.')
+
+
+def core_time(seconds: float) -> str:
+    """Return CPU time in the unit that suits it."""
+    if seconds < 60:
+        return f'{seconds:.1f} core seconds'
+    return (f'{seconds / 60:.1f} core minutes' if seconds < 3600
+            else f'{seconds / 3600:.1f} core hours')
 
 
 def commits(runs: pd.DataFrame) -> str:
@@ -33,8 +43,24 @@ def commits(runs: pd.DataFrame) -> str:
                              if commit})) or 'unknown'
 
 
-def unfinished(runs: pd.DataFrame, about: dict[str, Any]) -> str:
-    """Return what of the configured study is missing or more, '' if it is all there."""
+def partial(store: Tables, about: dict[str, Any]) -> list[str]:
+    """Return in sentences what of the configured study is missing, none if it is all there."""
+    return [line for line in (_unfinished(store['runs'], about), _unscored(store, about)) if line]
+
+
+def _unscored(store: Tables, about: dict[str, Any]) -> str:
+    """Return how many champions wait for what `python -m training robustness` does."""
+    plan = about['config']['robustness']
+    runs, scored = len(store['runs']), store['robustness'].run.nunique()
+    if scored >= runs or not (plan['perturbed_starts'] or plan['pybullet_starts']
+                              or plan['lexicon']):
+        return ''
+    return (f'Partial: {runs - scored} of {counted(runs, "champion")} not scored yet from other '
+            'starts, in PyBullet and under the lexicon. What is said of robustness may still '
+            'change.')
+
+
+def _unfinished(runs: pd.DataFrame, about: dict[str, Any]) -> str:
     configured: Counter[tuple[str, str, str]] = Counter()
     for one in about['config']['experiments']:
         for body in one['bodies']:
@@ -44,11 +70,12 @@ def unfinished(runs: pd.DataFrame, about: dict[str, Any]) -> str:
     missing = configured - there
     if not missing:
         return ''
-    return (f'Unfinished: {sum(missing.values())} of {sum(configured.values())} configured runs '
-            'are not there yet (' + ', '.join(
+    return (f'Partial: {sum(missing.values())} of {sum(configured.values())} configured runs '
+            'not finished yet (' + ', '.join(
                 f'{title(words, body)} {treatment} {there[words, body, treatment]} of '
                 f'{configured[words, body, treatment]}'
-                for words, body, treatment in missing) + '). Numbers below may still change.')
+                for words, body, treatment in missing)
+            + '). Numbers and verdicts may still change.')
 
 
 def provenance_section(study: StudyDirectory, runs: pd.DataFrame, about: dict[str, Any]) -> Section:
@@ -93,15 +120,16 @@ def differences(runs: pd.DataFrame, about: dict[str, Any]) -> list[str]:
     arms = runs.groupby(['word_set', 'body', 'treatment']).size()
     lengths = {body: float(select(runs, (word_set, body)).body_length_m.iloc[0])
                for word_set, body in panels(runs)}
+    size = (f'{arms.min()} to ' if arms.min() < arms.max() else '') + counted(arms.max(), 'run')
     lines = [
-        f'Size: {arms.min()} to {arms.max()} runs a body and treatment where the paper has '
-        f'{RUNS_AN_ARM}, so differences that are significant there may not be so here.',
+        f'Size: {size} a body and treatment where the paper has {RUNS_AN_ARM}, '
+        'so differences that are significant there may not be so here.',
         f'Engine: {identity["engine"]} ({identity["precision"]}), where the paper used Pyrosim on '
         'ODE 0.12; how closely it repeats recorded evaluations: `python -m training fidelity`.',
     ]
     if identity['generations'] != GENERATIONS:
-        lines.insert(1, f'Length: {identity["generations"]:,} generations where the paper has '
-                     f'{GENERATIONS:,}.')
+        lines.insert(1, f'Length: {counted(identity["generations"], "generation")} where the paper '
+                     f'has {GENERATIONS:,}.')
     if identity['objective'] == 'program':
         lines.append('Objective: the published program’s. Under stop words it takes away the '
                      'length of the path in x-y; the paper’s text says the final distance.')

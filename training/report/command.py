@@ -4,6 +4,7 @@ A study's report: `python -m training report DIR`.
 Writes DIR/report/report.html (one file, images inside), its figures as PNG and PDF, comparisons.csv
 and summary.md. Everything in it follows from the store and the champions in DIR; numbers of the
 paper stand beside ours, and each of its claims has a verdict. The same store gives the same report.
+Of a study under way it reports what is there, and says, here and on the page, that it is partial.
 
 `--publish docs/study` also writes what is worth committing there: summary.md, comparisons.csv and
 the figures as PNG of at most 300 kB each.
@@ -45,6 +46,8 @@ def main(args: argparse.Namespace) -> int:
     except (StudyError, OSError, ValueError) as error:
         print(f'report: {" ".join(str(error).split())}', file=sys.stderr)
         return 2
+    for line in content.partial:
+        print(f'report: {line}', file=sys.stderr)
     print(out / 'report.html')
     if args.publish is not None:
         print(args.publish / 'summary.md')

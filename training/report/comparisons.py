@@ -42,9 +42,10 @@ def per_run(runs: pd.DataFrame, outcomes: pd.DataFrame,
     Return one row a run: `runs` with the columns move, stop and test, in body lengths.
 
     Added too: `stop_path` and `test_path` (mean path, body lengths), `forward_m` and `backward_m`
-    (mean progress in the right direction, m), and, of `robustness`, `test_perturbed` and
-    `test_pybullet` (mean net displacement under the held-out word there, body lengths). NaN where a
-    run has no sound outcome.
+    (mean progress in the right direction, m), `forward_least_m` and `backward_least_m` (the same
+    under the worst word; NaN if one of them has no sound outcome), and, of `robustness`,
+    `test_perturbed` and `test_pybullet` (mean net displacement under the held-out word there, body
+    lengths). NaN where a run has no sound outcome.
     """
     merged = outcomes[sound(outcomes)].merge(runs[['run', 'body_length_m']], on='run')
     merged['lengths'] = merged.displacement_m / merged.body_length_m
@@ -61,6 +62,10 @@ def per_run(runs: pd.DataFrame, outcomes: pd.DataFrame,
     for behaviour, sign in (('forward', 1.0), ('backward', -1.0)):
         mask = (merged.role == 'trained') & (merged.behaviour == behaviour)
         table[f'{behaviour}_m'] = sign * merged[mask].groupby('run').final_x_m.mean()
+        # Of all outcomes: a word under which the simulator exploded is not one to pass over.
+        every = outcomes[(outcomes.role == 'trained') & (outcomes.behaviour == behaviour)]
+        progress = (sign * every.final_x_m.astype(float)).where(sound(every), -np.inf)
+        table[f'{behaviour}_least_m'] = progress.groupby(every.run).min().replace(-np.inf, np.nan)
     for condition in ELSEWHERE.values():
         table[f'test_{condition}'] = np.nan
         if robustness is not None:

@@ -18,17 +18,22 @@ from training.report import (
     tables,
     tables_robustness,
 )
-from training.report.about import differences, lead, provenance_section, time_section, unfinished
+from training.report.about import differences, lead, partial, provenance_section, time_section
 from training.report.comparisons import Panel
 from training.report.findings import beyond, findings
-from training.report.parts import Content, Section
+from training.report.parts import Content, Section, counted
 from training.report.published import ALPHA, COMMANDS, COMPARISONS, GENERATIONS, title
 from training.report.robustness import robustness_section
 from training.report.statistics import Tested, compare_all
+from training.report.style import LINEAR_TO
 from training.report.verdicts import RULES
 from training.study.directory import StudyDirectory, StudyError
 from training.study.store import Tables, parse_run_id
 from w2b_sim import bodies
+
+#: Said under the figures of displacement.
+SQUEEZED = (f'The axis is linear to {LINEAR_TO:g} body length (dotted line) and logarithmic above: '
+            'there, equal steps in height are equal ratios.')
 
 
 def gather(study: StudyDirectory, store: Tables, about: dict[str, Any]) -> Content:
@@ -61,7 +66,7 @@ def gather(study: StudyDirectory, store: Tables, about: dict[str, Any]) -> Conte
                 provenance_section(study, runs, about)]
     return Content(
         f'Word2vec to behavior: the study “{about["config"]["name"]}”',
-        [line for line in (lead(runs, about), unfinished(runs, about)) if line],
+        [lead(runs, about)], partial(store, about),
         findings(tested, table), beyond(tested, table), RULES, differences(runs, about),
         [section for section in sections if section is not None], tested)
 
@@ -122,8 +127,9 @@ def _priming_section(study: StudyDirectory, store: Tables, table: pd.DataFrame,
     section = Section('Figure 4: how words prime the network, and where they send the body')
     section.paragraphs.append(f'{title(*panel)}. How the three were chosen: {exemplars.RULE}')
     section.paragraphs.append('Shown: ' + '; '.join(
-        f'({"abc"[number]}) {one.run}: {one.kind}, as are {one.count} of the {one.among} champions '
-        f'of its treatment{"" if one.met else ", so the fittest other one is shown"}'
+        f'({"abc"[number]}) {one.run}: {one.kind}, as {"is" if one.count == 1 else "are"} '
+        f'{one.count} of the {counted(one.among, "champion")} of its treatment'
+        f'{"" if one.met else ", so the fittest other one is shown"}'
         for number, one in enumerate(chosen)) + '.')
     section.paragraphs.append(
         'The paper’s three: an experimental champion that is right under every word, a control '
@@ -149,6 +155,7 @@ def _displacement_section(table: pd.DataFrame, tested: Sequence[Tested],
         section.add_figure('displacement', figures.bars(table, tested, main), (
             'Median net displacement of run champions by body, command meaning and treatment; '
             'whiskers: bootstrapped 95% confidence intervals of the median; dots: champions. '
+            f'{SQUEEZED} '
             f'Stars: Mann-Whitney U, Holm-Bonferroni over all {len(tested)} comparisons: * 0.01, '
             '** 0.001, *** 0.0001; red: word2vec against control under the unheard word. Paper '
             '(figure 5): significant red brackets in four of six bodies.'))
@@ -156,10 +163,10 @@ def _displacement_section(table: pd.DataFrame, tested: Sequence[Tested],
     if balanced:
         beside = [('paper', panel[1]) for panel in balanced if ('paper', panel[1]) in shown]
         section.add_figure('balanced', figures.bars(table, tested, beside + balanced), (
-            'The balanced set, beside the paper’s set where that was run; marks as in the figure '
-            'above. Paper (figure 6): control champions move more under the unheard than under '
-            'the trained stop words, almost as far as under move commands; word2vec champions do '
-            'not.'))
+            'The balanced set, beside the paper’s set where that was run; axis and '
+            'marks as in the figure above. Paper (figure 6): control champions move more under the '
+            'unheard than under the trained stop words, almost as far as under move commands; '
+            'word2vec champions do not.'))
         section.paragraphs.append(
             'The paper says of the balanced set that its significance levels were identical to '
             'those of the quadruped in figure 5; it also says that there the quadruped’s stop and '
@@ -176,9 +183,10 @@ def _displacement_section(table: pd.DataFrame, tested: Sequence[Tested],
 def _comparisons_section(tested: Sequence[Tested]) -> Section:
     section = Section('All comparisons')
     section.paragraphs.append(
-        f'{len(tested)} comparisons, all of them corrected together (the paper: {COMPARISONS}). '
-        f'Claims about displacement use the level {ALPHA}, as the paper’s stars do. Common '
-        'language: the probability that a run of the first sample exceeds one of the second; '
+        f'{counted(len(tested), "comparison")}, all of them corrected together (the paper: '
+        f'{COMPARISONS}). Claims about displacement use the level {ALPHA}, as the paper’s stars '
+        'do. Common language: the probability that a run of the first sample exceeds one of the '
+        'second; '
         'rank-biserial: twice that minus 1, with Newcombe’s 95% score interval (not corrected for '
         'the number of comparisons). p: from the exact distribution of U where no values tie, '
         'from the normal approximation with correction for ties otherwise. Full precision: '

@@ -35,8 +35,9 @@ def bars(table: pd.DataFrame, tested: Sequence[Tested], shown: Sequence[Panel]) 
     Return the displacement bars of `shown` panels: the paper's figures 5 and 6.
 
     Bars are medians over champions, whiskers bootstrapped 95% confidence intervals of the median,
-    dots the champions. Stars over black brackets: corrected significance within a treatment and
-    between treatments; red: between treatments under the unheard word.
+    dots the champions. The axis is linear to one body length and logarithmic above, or the stop
+    commands' bars would be too low to read. Stars over black brackets: corrected significance
+    within a treatment and between treatments; red: between treatments under the unheard word.
     """
     figure, panels, spare = style.panel_grid(shown, columns=3, height_in=2.35)
     index = index_of(tested)
@@ -67,9 +68,8 @@ def _bar_panel(axes: Axes, table: pd.DataFrame, index: Index, panel: Panel) -> N
             x = place + OFFSET[treatment]
             style.bar(axes, x, float(np.median(values)), median_interval(values), width=0.36,
                       colour=COLOURS[group], treatment=treatment)
-            axes.plot(x + rng.uniform(-0.13, 0.13, len(values)), values, 'o', color='white',
-                      markeredgecolor=GREY, markersize=2.0, markeredgewidth=0.4, alpha=0.8,
-                      zorder=3)
+            axes.plot(x + rng.uniform(-0.13, 0.13, len(values)), values, 'o', color=style.BLACK,
+                      markersize=1.4, markeredgewidth=0, alpha=0.45, zorder=3)
             top = max(top, float(values.max()))
     axes.set_xlim(-0.6, 2.6)
     axes.set_xticks([place + offset for place in range(3) for offset in OFFSET.values()],
@@ -77,6 +77,7 @@ def _bar_panel(axes: Axes, table: pd.DataFrame, index: Index, panel: Panel) -> N
     for place, group in enumerate(GROUPS):
         axes.text(place, -0.12, GROUP_NAMES[group], transform=axes.get_xaxis_transform(),
                   ha='center', va='top', fontweight='bold')
+    style.squeeze(axes, top)
     axes.set_ylim(0, _brackets(axes, index, title(*panel), top))
     axes.text(1.0, 0.5, 'runs: ' + ', '.join(f'{counts[name]} {LETTERS[name]}'
                                              for name in TREATMENTS),
@@ -98,8 +99,9 @@ _LEVELS = (('move: E against C', 'stop: E against C', 'test: E against C'),
 
 def _brackets(axes: Axes, index: Index, panel: str, top: float) -> float:
     """Draw the significant comparisons' brackets; return the axis' upper end."""
-    step = 0.085 * max(top, 1e-9)
-    height = top + step
+    # Places on the squeezed axis, so that brackets stand evenly apart.
+    step = 0.085 * max(float(style.squeezed(top)), 1e-9)
+    height = float(style.squeezed(top)) + step
     for questions in _LEVELS:
         drawn = False
         for question in questions:
@@ -110,15 +112,17 @@ def _brackets(axes: Axes, index: Index, panel: str, top: float) -> float:
             left, right = BRACKETS[question]
             colour = style.RED if between_tests else 'black'
             axes.plot([left, left, right, right],
-                      [height - 0.25 * step, height, height, height - 0.25 * step],
+                      style.unsqueezed([height - 0.25 * step, height, height,
+                                        height - 0.25 * step]),
                       color=colour, linewidth=0.7, clip_on=False)
             # An asterisk hangs in the upper half of its line: lower it onto the bracket.
-            axes.text((left + right) / 2, height - (0.3 if one.stars else 0.0) * step,
+            axes.text((left + right) / 2,
+                      float(style.unsqueezed(height - (0.3 if one.stars else 0.0) * step)),
                       one.stars or 'n.s.', color=colour, ha='center', va='bottom', fontsize=6.5)
             drawn = True
         if drawn:
             height += step
-    return height + 0.4 * step
+    return float(style.unsqueezed(height + 0.4 * step))
 
 
 @style.styled

@@ -25,6 +25,8 @@ CONDITIONS = {'as evolved': 'as evolved', 'perturbed': 'perturbed starts', 'pybu
 SHADES = {'as evolved': '#8a8a8a', 'perturbed': '#56b4e9', 'pybullet': '#d55e00'}
 #: Bars of one treatment stand this far from their group's middle.
 SIDE = {'control': -0.22, 'experimental': 0.22}
+#: A lower bar cannot be seen: a 0 stands in its place.
+LEAST = 0.005
 
 
 @style.styled
@@ -136,6 +138,9 @@ def _rate_bar(axes: Axes, x: float, values: NDArray[np.float64], width: float, c
     if len(values):
         mean, low, high = mean_interval(values)
         style.bar(axes, x, mean, (low, high), width=width, colour=colour, treatment=treatment)
+        if mean < LEAST:
+            # Without it, measured and never right looks like not measured.
+            axes.text(x, 0.012, '0', ha='center', va='bottom', fontsize=5.5)
 
 
 def _rate_axes(axes: Axes, groups: Sequence[str]) -> None:

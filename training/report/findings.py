@@ -11,10 +11,12 @@ from collections.abc import Iterable, Sequence
 import pandas as pd
 
 from training.report.comparisons import ELSEWHERE, panels, select
+from training.report.parts import counted
 from training.report.published import ALPHA, ALPHA_FITNESS, FITNESS, TITLES, title
 from training.report.statistics import Tested
 from training.report.verdicts import (
     ALMOST,
+    FEWEST,
     HOLDS,
     HOLDS_IN_PART,
     HOLDS_NOT,
@@ -29,6 +31,7 @@ from training.report.verdicts import (
     p_value,
     too_few,
 )
+from training.report.words import with_words, word_by_word
 
 
 class _Outcomes:
@@ -54,10 +57,11 @@ def findings(tested: Sequence[Tested], table: pd.DataFrame) -> list[Finding]:
     bodies, balanced, family = study.bodies, study.balanced, study.family
     between = study.at(bodies, 'test: E against C')
     found = [
-        difference('Robots move more under the move than under the stop commands, in every body '
-                   'and treatment (figures 5 and 6).',
-                   study.at(bodies + balanced, 'E: move against stop', 'C: move against stop'),
-                   family),
+        with_words(difference(
+            'Robots move more under the move than under the stop commands, in every body and '
+            'treatment (figures 5 and 6).',
+            study.at(bodies + balanced, 'E: move against stop', 'C: move against stop'), family),
+            table),
         equality('No body shows a difference between word2vec and control in how far the robots '
                  'move when commanded to move (figure 5).',
                  study.at(bodies, 'move: E against C'), family),
@@ -91,7 +95,7 @@ def beyond(tested: Sequence[Tested], table: pd.DataFrame) -> list[Finding]:
     as_evolved = [one.comparison.panel for one in study.at(places, 'test: E against C')
                   if one.p_holm < ALPHA and one.rank_biserial < 0]
     words = (HOLDS, HOLDS_IN_PART, HOLDS_NOT)
-    found = []
+    found = [word_by_word(table)]
     for name, there in ((name, f'{"in" if name == "PyBullet" else "from"} {name}')
                         for name in ELSEWHERE):
         claim = (f'Under the unheard stop word, word2vec robots move less than control robots also '
@@ -186,17 +190,20 @@ def _fitness(tested: list[Tested], family: int) -> Finding:
     if lacking:
         return Finding(claim, lacking, UNTESTED)
     differing = {one.comparison.panel: one for one in tested if one.p_holm < ALPHA_FITNESS}
-    published = {TITLES[body] for body, row in FITNESS.items() if row.significant}
+    [published] = [TITLES[body] for body, row in FITNESS.items() if row.significant]
+    [there] = [one for one in tested if one.comparison.panel == published]
     here = ('differs at corrected p < 0.05 in ' + ', '.join(
         f'{body} (E {"above" if one.rank_biserial > 0 else "below"} C, {p_value(one.p_holm)})'
         for body, one in differing.items())) if differing else (
             'no body differs at corrected p < 0.05')
-    if set(differing) == published and all(
-            one.rank_biserial > 0 for one in differing.values()):
-        return Finding(claim, here, REPLICATES)
-    agreeing = sum((body in differing) == (body in published) for body in TITLES.values())
-    return Finding(claim, f'{here}; agrees with the paper in {agreeing} of {len(TITLES)} bodies',
-                   IN_PART if agreeing else NOT)
+    if published not in differing:
+        low, high = there.interval
+        here += (f'; not in {published} (rank-biserial effect {there.rank_biserial:+.2f} '
+                 f'[{low:+.2f}, {high:+.2f}], {p_value(there.p_holm)})')
+    # That the other bodies do not differ is no evidence: the one difference decides.
+    if published not in differing or there.rank_biserial < 0:
+        return Finding(claim, here, NOT)
+    return Finding(claim, here, REPLICATES if len(differing) == 1 else IN_PART)
 
 
 def _control_moves(table: pd.DataFrame) -> Finding:
@@ -208,11 +215,7 @@ def _control_moves(table: pd.DataFrame) -> Finding:
         return Finding(claim, 'no runs', UNTESTED)
     test, move = float(arm.test.median()), float(arm.move.median())
     share = test / move
-    here = (f'median {test:.2f} against {move:.2f} body lengths, {share:.0%}, of {len(arm)} runs; '
-            'no test, as in the paper')
+    here = (f'median {test:.2f} against {move:.2f} body lengths, {share:.0%}, of '
+            f'{counted(len(arm), "run")}; no test, as in the paper')
     return Finding(claim, here, UNTESTED if len(arm) < FEWEST else REPLICATES if share >= ALMOST
                    else IN_PART if share >= SOME else NOT)
-
-
-#: A median of fewer runs than these decides nothing.
-FEWEST = 10

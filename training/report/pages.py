@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import base64
+import re
 from io import BytesIO
 from pathlib import Path
 
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -20,6 +21,8 @@ from training.report.tables import comparisons_csv
 #: Dots an inch of printed width, tried in turn until a picture is small enough.
 DPI = (250, 200, 160, 130)
 LARGEST_BYTES = 300_000
+#: A table of no more rows is printed on one page.
+SHORT_ROWS = 15
 
 
 def write_report(content: Content, out: Path) -> None:
@@ -30,8 +33,9 @@ def write_report(content: Content, out: Path) -> None:
             write_atomically(out / 'figures' / f'{name}.pdf', pdf(figure))
     environment = Environment(loader=FileSystemLoader(Path(__file__).parent / 'templates'),
                               autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment.filters['code'] = _html_code
     page = environment.get_template('report.html').render(
-        content=content, table=_html_table, images={
+        content=content, table=_html_table, short=SHORT_ROWS, images={
             name: 'data:image/png;base64,' + base64.b64encode(image).decode()
             for name, image in images.items()})
     write_atomically(out / 'report.html', page.encode())
@@ -85,13 +89,32 @@ def pdf(figure: Figure) -> bytes:
 
 def _html_table(frame: pd.DataFrame) -> Markup:
     """Return a table's HTML; an index of words is shown, a plain numbering is not."""
-    return Markup(frame.to_html(index=frame.index.dtype.kind not in 'iu', border=0, escape=True))
+    named = frame.index.dtype.kind not in 'iu'
+    heads = ([''] if named else []) + list(map(str, frame.columns))
+    rows = [([('th', str(name))] if named else []) + [('td', str(cell)) for cell in row]
+            for name, row in zip(frame.index, frame.itertuples(index=False), strict=True)]
+    lines = ['<table>', '<thead><tr>', *(f'<th>{escape(head)}</th>' for head in heads),
+             '</tr></thead>', '<tbody>']
+    for row in rows:
+        # Of numbers, intervals and pairs nothing is wrapped: a half of one misleads.
+        lines += ['<tr>', *(f'<{tag}{"" if re.search("[A-Za-z]{2}", cell) else NOWRAP}>'
+                            f'{escape(cell)}</{tag}>' for tag, cell in row), '</tr>']
+    return Markup('\n'.join([*lines, '</tbody>', '</table>']))
+
+
+#: Class of a table's cell that stays on one line.
+NOWRAP = ' class="n"'
+
+
+def _html_code(text: str) -> Markup:
+    """Return text with what stands `between backticks` as code."""
+    return Markup(re.sub('`([^`]+)`', r'<code>\1</code>', str(escape(text))))
 
 
 def summary(content: Content) -> str:
     """Return the report's text and tables as Markdown, figures linked from `figures/`."""
     lines = [f'# {content.heading}', '']
-    for paragraph in content.lead:
+    for paragraph in [*content.lead, *(f'**{line}**' for line in content.partial)]:
         lines += [paragraph, '']
     for heading, found in (('What replicates', content.findings),
                            ('Beyond the paper', content.beyond)):

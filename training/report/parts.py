@@ -27,16 +27,23 @@ class Section:
         self.figures[name], self.captions[name] = figure, caption
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a number with its noun, in the plural unless it is one."""
+    return f'{count:,} {noun}{"" if count == 1 else "s"}'
+
+
 @dataclass
 class Content:
     """
     A whole report.
 
-    `findings` judge the paper's claims, `beyond` what it did not ask, both by `rules`.
+    `partial` says what of the study is missing, nothing if it is whole. `findings` judge the
+    paper's claims, `beyond` what it did not ask, both by `rules`.
     """
 
     heading: str
     lead: list[str]
+    partial: list[str]
     findings: list[Finding]
     beyond: list[Finding]
     rules: Sequence[str]

@@ -54,7 +54,8 @@ def robustness_section(store: Tables, table: pd.DataFrame, rates: pd.DataFrame |
             'correction.'))
     section.add_figure('conditions', figures_robustness.conditions(own, shown), (
         'Rate of right behaviour under the runs’ own words, as evolved and elsewhere. Bars: mean '
-        'over champions, whiskers: bootstrapped 95% intervals of the mean.'))
+        'over champions (0: measured, below 0.5%), whiskers: bootstrapped 95% intervals of the '
+        'mean.'))
     section.tables['Rates of right behaviour under own words, mean over champions.'] = (
         tables_robustness.rates(own))
     if rates is not None:
@@ -104,8 +105,8 @@ def _lexicon_part(section: Section, robustness: pd.DataFrame, rates: pd.DataFram
     shown = comparisons.panels(rates)
     section.add_figure('lexicon', figures_robustness.lexicon(rates, own, shown), (
         'Rate of each behaviour under its unheard synonyms (coloured), under the held-out stop '
-        'command (blue) and under unrelated words (grey). Bars: mean over champions, whiskers: '
-        'bootstrapped 95% intervals of the mean.'))
+        'command (blue) and under unrelated words (grey). Bars: mean over '
+        'champions (0: measured, below 0.5%), whiskers: bootstrapped 95% intervals of the mean.'))
     section.tables['Rates under the lexicon, mean over champions; differences in percentage '
                    'points.'] = tables_robustness.lexicon(rates, own)
     stops = [word for pairs in WORD_SETS.values() for word, meaning in pairs[1]

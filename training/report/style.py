@@ -13,11 +13,13 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import Any
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import ArrayLike, NDArray
 
 from training.report.comparisons import Panel
 from training.report.published import title
@@ -32,6 +34,9 @@ NAMES = {'control': 'control (C)', 'experimental': 'word2vec (E)'}
 HATCH = '//////'
 #: Brackets of word2vec against control under the unheard word, red as in the paper.
 RED = '#c1121f'
+#: Axes of displacement are linear to so many body lengths, logarithmic above.
+LINEAR_TO = 1.0
+TICKS = (0, 0.25, 0.5, 0.75, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 LETTERS = 'abcdefghijklmnopqrstuvwxyz'
 SETTINGS: dict[str, Any] = {
     'font.size': 7, 'axes.titlesize': 7.5, 'axes.labelsize': 7, 'xtick.labelsize': 6.5,
@@ -43,6 +48,32 @@ SETTINGS: dict[str, Any] = {
     # Type that journals accept: TrueType outlines instead of Type 3 fonts.
     'pdf.fonttype': 42,
 }
+
+
+def squeeze(axes: Axes, top: float) -> None:
+    """
+    Make a displacement axis linear to `LINEAR_TO` and logarithmic above, with ticks up to `top`.
+
+    Bars of half a body length and of thirty can then be read beside each other.
+    """
+    axes.set_yscale('function', functions=(squeezed, unsqueezed))
+    axes.set_yticks([tick for tick in TICKS if tick <= max(top, LINEAR_TO)],
+                    [f'{tick:g}' for tick in TICKS if tick <= max(top, LINEAR_TO)])
+    axes.axhline(LINEAR_TO, color=LIGHT, linewidth=0.5, linestyle=':', zorder=0)
+
+
+def squeezed(lengths: ArrayLike) -> NDArray[np.float64]:
+    """Return where on the axis displacements of so many body lengths stand, 0 to 1 as they are."""
+    values = np.asarray(lengths, dtype=np.float64)
+    return np.where(values > LINEAR_TO,
+                    LINEAR_TO + np.log10(np.maximum(values, LINEAR_TO) / LINEAR_TO), values)
+
+
+def unsqueezed(places: ArrayLike) -> NDArray[np.float64]:
+    """Return the displacements at places on the axis: the inverse of `squeezed`."""
+    values = np.asarray(places, dtype=np.float64)
+    return np.where(values > LINEAR_TO,
+                    LINEAR_TO * 10 ** np.clip(values - LINEAR_TO, 0, 300), values)
 
 
 @contextmanager

@@ -49,9 +49,10 @@ def table_2(vectors: Mapping[str, ArrayLike], seeds: Sequence[int]) -> tuple[pd.
     every = permuted_cosines(vectors, seeds)
     upper = every[:, *np.triu_indices(len(COMMANDS), 1)]
     published = np.array([value for row in PERMUTED_COSINES for value in row])
-    line = (f'Over all {len(seeds)} control runs: mean {upper.mean():+.3f}, standard deviation '
-            f'{upper.std():.3f}, from {upper.min():+.2f} to {upper.max():+.2f}; the paper’s '
-            f'sample: mean {published.mean():+.3f}, standard deviation {published.std():.3f}.')
+    runs = 'the one control run' if len(seeds) == 1 else f'all {len(seeds)} control runs'
+    line = (f'Over {runs}: mean {upper.mean():+.3f}, standard deviation {upper.std():.3f}, '
+            f'from {upper.min():+.2f} to {upper.max():+.2f}; the paper’s sample: '
+            f'mean {published.mean():+.3f}, standard deviation {published.std():.3f}.')
     return _triangle(every[0], PERMUTED_COSINES), line
 
 

@@ -16,6 +16,8 @@ HOLDS, HOLDS_IN_PART, HOLDS_NOT = 'holds', 'holds in part', 'does not hold'
 
 #: Share of the move commands' displacement that is *almost as much*, and that is some of it.
 ALMOST, SOME = 0.75, 0.4
+#: Of fewer runs than these, a median or a count decides nothing.
+FEWEST = 10
 
 RULES = (
     'A claim of a difference “replicates” if the corrected p-value is below the paper’s level '
@@ -23,6 +25,9 @@ RULES = (
     'in every place where the paper has it; “in part” if in some of them.',
     'A claim of no difference is “consistent” if no corrected p-value is below the level. That is '
     'no proof of equality, so the largest effect size stands beside it.',
+    'A claim of a difference in one body only is decided by that difference: without it, or with '
+    'its direction reversed, the claim “does not replicate”, however many other bodies agree; with '
+    'it, “replicates” if no other body differs, and “in part” if one does.',
     'A claim about all six bodies is judged only if all six were run.',
     '“Not tested”: so few runs that not even samples without any overlap would be significant.',
     'That morphology matters “replicates” if the effect is significant in some bodies and not in '
@@ -30,7 +35,8 @@ RULES = (
     'part” if they do, since one significant and one insignificant effect need not differ.',
     f'“Almost as much” is at least {ALMOST:.0%} of the medians; “in part” from {SOME:.0%}.',
     'Beyond the paper: “holds” in every body where the difference is significant as evolved (or, '
-    'for the lexicon, in every body); “in part” in some of them.',
+    'for the lexicon, in every body); “in part” in some of them. The move words by themselves are '
+    'counted, not tested.',
 )
 
 

@@ -14,6 +14,7 @@ cluster whose workers see DIR under the same path (docs/study/cluster.md).
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -73,7 +74,17 @@ def run_command(args: argparse.Namespace, kinds: Sequence[str]) -> int:
         print(f'study: {len(report.errors)} tasks failed, the first: {report.errors[0]}',
               file=sys.stderr)
         return 1
+    if report.in_store:
+        print(f'next: {_next(args, study, kinds)}')
     return 0
+
+
+def _next(args: argparse.Namespace, study: StudyDirectory, kinds: Sequence[str]) -> str:
+    """Return the command that goes on from here."""
+    place = shlex.quote(str(args.out or study.path))
+    if 'rescore' in kinds:
+        return f'python -m training report {place}'
+    return f'python -m training robustness {shlex.quote(str(args.config))} --out {place}'
 
 
 def _locked_run(config: StudyConfig, study: StudyDirectory, args: argparse.Namespace,

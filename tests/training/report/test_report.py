@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import socket
 from html.parser import HTMLParser
@@ -15,8 +16,9 @@ import pytest
 from tests.training.report.report_data import tables
 from tests.training.study_files import main_command, plain, run_inline
 from training.evolution.vectors import vectors
-from training.report import behaviour, figures, figures_robustness, pages
+from training.report import behaviour, figures, figures_robustness, pages, style
 from training.report import tables as report_tables
+from training.report.about import core_time
 from training.report.comparisons import comparisons, panels, per_run, thresholds_m
 from training.report.findings import beyond, findings
 from training.report.published import COMMANDS, COSINES, FITNESS, TITLES
@@ -162,6 +164,54 @@ def test_partial_studies_are_reported_with_what_they_lack(lacking: str) -> None:
         assert 'nan' not in frame.to_csv(), frame
 
 
+def test_a_study_under_way_is_said_to_be_partial(
+        reported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert 'Partial' not in (reported / 'summary.md').read_text(encoding='utf-8')
+    study = tmp_path / 'study'
+    run_inline(plain(robustness={'perturbed_starts': 0, 'pybullet_starts': 0}), study)
+    (study / 'runs' / 'paper-quadruped-control-0000' / 'summary.json').unlink()
+    about = json.loads((study / 'study.json').read_text())
+    about['config']['robustness'] |= {'perturbed_starts': 2}
+    (study / 'study.json').write_text(json.dumps(about))
+    for path in study.glob('runs/*/rescored.json'):
+        path.unlink()
+    capsys.readouterr()
+    assert main_command('report', study) == 0
+    said = capsys.readouterr()
+    assert said.out == f'{study / "report" / "report.html"}\n', 'for scripts: the path alone'
+    missing, unscored = said.err.splitlines()
+    assert missing.startswith('report: Partial: 1 of 2 configured runs not finished yet (Quadruped '
+                              'control 0 of 1)')
+    assert unscored.startswith('report: Partial: 1 of 1 champion not scored yet')
+    page = (study / 'report' / 'report.html').read_text(encoding='utf-8')
+    assert page.count('<p class="partial">Partial: 1 of ') == 2
+    summary = (study / 'report' / 'summary.md').read_text(encoding='utf-8')
+    assert '**Partial: 1 of 2 configured runs' in summary
+    # One run is one run, and no hour.
+    assert summary.splitlines()[2].startswith('1 evolutionary run of 6 generations and ')
+    assert ' core seconds. Engine' in summary
+    assert 'Size: 1 run a body and treatment' in summary
+    assert ' 1 runs' not in summary
+
+
+@pytest.mark.parametrize(('seconds', 'said'), [
+    (4.2, '4.2 core seconds'), (90, '1.5 core minutes'), (5400, '1.5 core hours')])
+def test_core_time_has_the_unit_that_suits_it(seconds: float, said: str) -> None:
+    assert core_time(seconds) == said
+
+
+def test_commands_are_code_and_numbers_are_not_wrapped(reported: Path) -> None:
+    page = re.sub(r'data:image/png;base64,[^"]*', '',
+                  (reported / 'report.html').read_text(encoding='utf-8'))
+    assert '`' not in page
+    assert '<code>python -m training fidelity</code>' in page
+    cells = re.findall(r'<td( class="n")?>([^<]*)</td>', page)
+    intervals = [css for css, text in cells if re.fullmatch(r'[-+.\d]+ \[[^\]]+\]', text)]
+    assert len(intervals) > 20
+    assert all(intervals)
+    assert not any(css for css, text in cells if text == 'fitness: E against C')
+
+
 def test_a_study_without_runs_is_an_error(
         tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main_command('report', tmp_path) == 2
@@ -240,6 +290,24 @@ def test_bars_are_the_medians_with_their_intervals() -> None:
     texts = [text.get_text() for text in axes.texts]
     # E against C under the unheard word, and both treatments' move against stop.
     assert texts.count('***') + texts.count('**') >= 3
+
+
+def test_a_rate_of_zero_is_said_and_one_not_measured_is_not() -> None:
+    store = tables({('paper', 'minimal'): 1.0})
+    own = behaviour.own_words(store['outcomes'], store['robustness'], {'minimal': 0.25})
+    own.loc[own.question == 'backward', 'rate'] = 0.0
+    own = own[(own.question != 'forward') | (own.treatment == 'control')]
+    axes = figures_robustness.conditions(own, [('paper', 'minimal')]).axes[0]
+    zeros = sorted(text.get_position()[0] for text in axes.texts if text.get_text() == '0')
+    # Backward in two treatments, as evolved and perturbed; control's held-out words, likewise.
+    assert len(zeros) == 6
+    assert all(0.5 < x < 1.5 or 2.5 < x < 3.0 for x in zeros)
+
+
+def test_places_on_the_displacement_axis() -> None:
+    lengths = np.array([0.0, 0.25, 1.0, 10.0, 100.0])
+    assert style.squeezed(lengths) == pytest.approx([0, 0.25, 1, 2, 3])
+    assert style.unsqueezed(style.squeezed(lengths)) == pytest.approx(lengths)
 
 
 def test_intervals_of_a_rate_stay_within_it() -> None:

@@ -253,6 +253,19 @@ def test_what_cannot_be_is_refused_in_one_line(
     assert not list((tmp_path / 'study').glob('runs/*')), 'nothing was begun'
 
 
+def test_a_study_ends_with_the_next_command_and_pybullet_is_silent(tmp_path: Path) -> None:
+    file = write(tmp_path / 'tiny.yaml', plain(
+        robustness={'perturbed_starts': 1, 'pybullet_starts': 1, 'lexicon': False}))
+    study = tmp_path / 'my study'
+    evolved = run_command('study', file, '--out', study, '--workers', '1', '--evolve-only')
+    assert evolved.stdout.splitlines()[-1] == (
+        f"next: python -m training robustness {file} --out '{study}'")
+    whole = run_command('study', file, '--out', study, '--workers', '1')
+    assert whole.returncode == 0, whole.stderr
+    assert whole.stdout.splitlines()[-1] == f"next: python -m training report '{study}'"
+    assert 'build time' not in whole.stdout + whole.stderr
+
+
 def test_a_place_that_is_no_directory_is_refused(
         tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = write(tmp_path / 'study.yaml', plain())
