@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from training.evolution.treatments import treated
 from training.report.behaviour import sorted_out
 from training.report.comparisons import Panel, select
-from training.study.quiet import import_pybullet
 from training.study.store import parse_run_id
 from w2b_controller.network import Network, prime
 from w2b_sim import bodies
@@ -117,7 +116,6 @@ def _in_batched(network: Network, body: Body, heard: Array, precision: str) -> A
 
 
 def _in_pybullet(network: Network, body: Body, heard: Array, _precision: str) -> Array:
-    import_pybullet()
     from w2b_sim.engines.pybullet_engine import PyBulletSimulation
     from w2b_sim.rollout import rollout
 

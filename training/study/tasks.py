@@ -37,7 +37,6 @@ from training.study.directory import (
 )
 from training.study.lexicon import lexicon_sha256, load_lexicon
 from training.study.provenance import differences, environment
-from training.study.quiet import import_pybullet
 from training.study.rescoring import COLUMNS, rescore, trials
 from w2b_sim import bodies
 from w2b_sim.engines.interface import Evaluator
@@ -174,8 +173,6 @@ def _rescore(task: Task, _place: StudyDirectory, directory: Path) -> None:
 def _evaluator(engine: str, body: str, precision: str) -> Evaluator:
     """One evaluator a body and worker: making one compiles, or starts a physics server."""
     described = bodies.get(body)
-    if engine == 'pybullet':
-        import_pybullet()
     return make_evaluator(engine, described, WORLDS[described.world], precision=precision)
 
 
