@@ -22,7 +22,7 @@ from training.evolution.operators import Array, Layout
 from training.evolution.rundir import RunDirectory
 from training.evolution.treatments import Words, vector_hash
 from training.robust.hidden_life import Life, live, live_exactly
-from training.robust.listening import TOUCH_INPUT, Listening, inputs, listen, turn
+from training.robust.listening import TOUCH_INPUT, Listening, inputs, listen
 from training.robust.scenarios import DIRECTION, STOP_NOISE, Randomisation, draw
 from training.robust.word_roles import WordRoles
 from w2b_controller import __version__
@@ -32,8 +32,6 @@ from w2b_sim.worlds import PAPER
 PLAN = Listening(attempts=1, generations=800, moves=4, stops=20, bias=TOUCH_INPUT)
 #: Swing of the hidden neurons below which they rest, and above which they have a rhythm.
 REST, RHYTHM = 0.03, 0.3
-#: Share of the period asked for that a rhythm must have.
-SLOW_ENOUGH = 0.9
 #: Distance between the means of the two moves' rhythms: nearer, they are hardly two.
 CONTRAST = 0.5
 #: Noisy versions of each word, and the standard deviation of a move word's noise.
@@ -48,7 +46,7 @@ class Screen(NamedTuple):
 
     `trained` and `validation` are shares of the words that are sorted right, `sturdy` the share of
     their noisy versions, half of them with constant inputs from feet; `two` says whether the two
-    moves have a rhythm each, as slow as was asked for.
+    moves have a rhythm each.
     """
 
     trained: Array
@@ -63,8 +61,7 @@ class Screen(NamedTuple):
         return order
 
 
-def screen(weights: Array, roles: WordRoles, vectors: Mapping[str, Array],
-           period: float = 2.0) -> Screen:
+def screen(weights: Array, roles: WordRoles, vectors: Mapping[str, Array]) -> Screen:
     """Return how ears (N, H, H + 1) sort the trained and the validation words, plain and noisy."""
     pairs = roles.trained + roles.validation
     plain = np.array([vectors[word] for word, _asked in pairs])
@@ -79,8 +76,7 @@ def screen(weights: Array, roles: WordRoles, vectors: Mapping[str, Array],
                          for way in ('forward', 'backward'))
     contrast = np.linalg.norm(life.mean[:, forward].mean(axis=1)
                               - life.mean[:, backward].mean(axis=1), axis=-1)
-    slow = turn(life) >= SLOW_ENOUGH * period
-    moves = (right & slow)[:, ~stop].all(axis=1)
+    moves = right[:, ~stop].all(axis=1)
     shaken = live(weights, noisy, inputs(len(noisy), weights.shape[1], TOUCH_INPUT))
     sturdy = _right(shaken, np.repeat(stop, NOISY)).mean(axis=1)
     return Screen(right[:, :split].mean(axis=1), right[:, split:].mean(axis=1), sturdy,
@@ -134,7 +130,7 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
                     layout, plan, seed, lambda rng, moves, stops: draw(
                         rng, heard, PAPER, Randomisation(), moves=moves, stops=stops,
                         move_noise=MOVE_NOISE)))
-                best = screen(np.load(path, allow_pickle=False), roles, vectors, plan.period)
+                best = screen(np.load(path, allow_pickle=False), roles, vectors)
                 first = best.order()[:1]
                 say(f'ears {seed}: ' + (
                     f'{best.trained[first[0]]:.0%} of the trained words, '
@@ -142,18 +138,18 @@ def find(directory: Path, roles: WordRoles, vectors: Mapping[str, Array], layout
                     f'{best.sturdy[first[0]]:.0%} with noise' if len(first)
                     else 'no rhythm for each move'))
             heads = np.load(path, allow_pickle=False)
-            found.append(heads[screen(heads, roles, vectors, plan.period).order()[:ALIKE]])
+            found.append(heads[screen(heads, roles, vectors).order()[:ALIKE]])
     ears = np.concatenate(found)
     if not len(ears):
         raise ValueError('ears: expected some with a rhythm for each move, got none; give more '
                          'seeds')
-    sorting = screen(ears, roles, vectors, plan.period)
+    sorting = screen(ears, roles, vectors)
     order = sorting.order()
     # Who sorts fewer words than the best is no start for obeying all of them.
     alike = ((sorting.trained[order] == sorting.trained[order[0]])
              & (sorting.validation[order] == sorting.validation[order[0]]))
     chosen: Array = ears[order[alike][:KEEP]]
-    return chosen, screen(chosen, roles, vectors, plan.period)
+    return chosen, screen(chosen, roles, vectors)
 
 
 def heard_of(words: Words, vectors: Mapping[str, Array]) -> dict[str, Array]:

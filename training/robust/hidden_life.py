@@ -24,22 +24,14 @@ LANES = 64
 #: Updates after priming, the first of them that counts as settled, and the first of the end: a
 #: rhythm must last to the end, or evolution finds rhythms that die just before they are judged.
 STEPS, SETTLED, LATE = 450, 130, 350
-#: What is summed up: neurons and their squares, settled and late, and squared changes, late.
-TALLIES = 5
 
 
 class Life(NamedTuple):
-    """
-    Hidden neurons once settled (N, R, H): mean, swing, and swing at the end.
-
-    `late_change` is the root mean square of the change from one update to the next at the end: for
-    a sine of P updates, 2 sqrt(2) sin(pi / P) of its amplitude, or 2 sin(pi / P) of its swing.
-    """
+    """Hidden neurons once settled (N, R, H): mean, swing, and swing at the end."""
 
     mean: Array
     swing: Array
     late_swing: Array
-    late_change: Array
 
 
 def live(hidden_weights: ArrayLike, signals: ArrayLike, bias: ArrayLike | None = None) -> Life:
@@ -55,15 +47,14 @@ def live(hidden_weights: ArrayLike, signals: ArrayLike, bias: ArrayLike | None =
     heard = np.ascontiguousarray(signals, dtype=np.float32)
     count, hidden = weights.shape[:2]
     felt = np.zeros((len(heard), hidden)) if bias is None else np.asarray(bias)
-    sums = np.zeros((count * len(heard), TALLIES, hidden), dtype=np.float32)
+    sums = np.zeros((count * len(heard), 4, hidden), dtype=np.float32)
     _live(np.ascontiguousarray(weights[:, :, :hidden + 1]), heard,
           np.ascontiguousarray(felt, dtype=np.float32), sums)
     settled, late = STEPS - SETTLED, STEPS - LATE
-    whole = sums.astype(np.float64).reshape(count, len(heard), TALLIES, hidden)
+    whole = sums.astype(np.float64).reshape(count, len(heard), 4, hidden)
     mean, square = np.moveaxis(whole[:, :, :2] / settled, 2, 0)
-    late_mean, late_square, change = np.moveaxis(whole[:, :, 2:] / late, 2, 0)
-    return Life(mean, _deviation(square, mean), _deviation(late_square, late_mean),
-                np.sqrt(change))
+    late_mean, late_square = np.moveaxis(whole[:, :, 2:] / late, 2, 0)
+    return Life(mean, _deviation(square, mean), _deviation(late_square, late_mean))
 
 
 def live_exactly(hidden_weights: ArrayLike, signals: ArrayLike) -> Life:
@@ -77,9 +68,8 @@ def live_exactly(hidden_weights: ArrayLike, signals: ArrayLike) -> Life:
         state = step(network, state, np.zeros(0))
         course.append(state.hidden)
     whole = np.array(course)
-    late = whole[LATE:]
-    return Life(whole[SETTLED:].mean(axis=0), whole[SETTLED:].std(axis=0), late.std(axis=0),
-                np.sqrt((np.diff(whole[LATE - 1:], axis=0)**2).mean(axis=0)))
+    return Life(whole[SETTLED:].mean(axis=0), whole[SETTLED:].std(axis=0),
+                whole[LATE:].std(axis=0))
 
 
 def _deviation(square: Array, mean: Array) -> Array:
@@ -116,15 +106,14 @@ def _update(weights: Any, hidden: Any, new: Any, own: Any) -> None:  # pragma: n
 
 @njit(fastmath=True, error_model='numpy', cache=True)
 def _live(weights: Any, signals: Any, bias: Any, sums: Any) -> None:  # pragma: no cover
-    """Fill `sums` (N * R, TALLIES, H); compiled."""
+    """Fill `sums` (N * R, 4, H): hidden, squared, both once more when late; compiled."""
     networks, count = weights.shape[0], weights.shape[1]
     words, length = signals.shape
     total = networks * words
     lanes = np.empty((count, count + 1, LANES), dtype=np.float32)
     hidden = np.empty((count, LANES), dtype=np.float32)
     new = np.empty((count, LANES), dtype=np.float32)
-    before = np.empty((count, LANES), dtype=np.float32)
-    tally = np.empty((TALLIES, count, LANES), dtype=np.float32)
+    tally = np.empty((4, count, LANES), dtype=np.float32)
     heard = np.empty((length, LANES), dtype=np.float32)
     felt = np.empty((count, LANES), dtype=np.float32)
     one, two = np.float32(1), np.float32(2)
@@ -148,7 +137,6 @@ def _live(weights: Any, signals: Any, bias: Any, sums: Any) -> None:  # pragma: 
         _update(lanes, hidden, new, two)
         for t in range(1, STEPS):
             new[:] = felt
-            before[:] = hidden
             _update(lanes, hidden, new, one)
             if t >= SETTLED:
                 for i in range(count):
@@ -160,9 +148,7 @@ def _live(weights: Any, signals: Any, bias: Any, sums: Any) -> None:  # pragma: 
                     for lane in range(LANES):
                         tally[2, i, lane] += hidden[i, lane]
                         tally[3, i, lane] += hidden[i, lane] * hidden[i, lane]
-                        change = hidden[i, lane] - before[i, lane]
-                        tally[4, i, lane] += change * change
         for lane in range(min(LANES, total - first)):
-            for k in range(TALLIES):
+            for k in range(4):
                 for i in range(count):
                     sums[first + lane, k, i] = tally[k, i, lane]

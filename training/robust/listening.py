@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from training.evolution.afpo import Afpo
 from training.evolution.operators import Array, Layout, random_genomes
 from training.evolution.treatments import VARIATIONS, generator
-from training.robust.hidden_life import Life, live
+from training.robust.hidden_life import live
 from training.robust.objective import fitness_of
 from training.robust.scenarios import Scenario
 
@@ -40,8 +40,7 @@ class Listening:
 
     `attempts` independent runs of `generations` each; `redraw`, `moves` and `stops` as in a robust
     stage. No attempts: walk at once. Half of the situations put a constant input on each hidden
-    neuron, drawn from N(0, `bias`), as touch will. A rhythm should last at least `period` updates a
-    turn: of two, motors hear a clatter that no servo follows.
+    neuron, drawn from N(0, `bias`), as touch will.
     """
 
     attempts: int = 6
@@ -51,24 +50,20 @@ class Listening:
     moves: int = 4
     stops: int = 10
     bias: float = 0.0
-    period: float = 2.0
 
 
-def score(hidden_weights: Array, scenario: Scenario, bias: float = 0.0,
-          period: float = 2.0) -> Array:
+def score(hidden_weights: Array, scenario: Scenario, bias: float = 0.0) -> Array:
     """
     Return how well networks (N, H, K) tell the scenario's words apart, shape (N,), at most 4.
 
-    Rhythm under the move words (up to 1 a direction; less if a turn is shorter than `period`
-    updates), rest under the stop words (else down to -2), and up to 2 for having it all: both
-    rhythms, about different means, and rest.
+    Rhythm under the move words (up to 1 a direction), rest under the stop words (else down to -2),
+    and up to 2 for having it all: both rhythms, about different means, and rest.
     """
     life = live(hidden_weights, scenario.signals,
                 inputs(len(scenario), hidden_weights.shape[1], bias))
     directions = scenario.directions
     unrest = np.minimum(1.0, _norm(life.swing) / RESTLESS)
-    rhythm = (np.minimum(1.0, _norm(life.late_swing) / LIVELY)
-              * np.minimum(1.0, turn(life) / period))
+    rhythm = np.minimum(1.0, _norm(life.late_swing) / LIVELY)
     difference = (life.mean[:, directions == 1].mean(axis=1)
                   - life.mean[:, directions == -1].mean(axis=1))
     contrast = np.minimum(1.0, np.linalg.norm(difference, axis=-1))
@@ -77,14 +72,6 @@ def score(hidden_weights: Array, scenario: Scenario, bias: float = 0.0,
     total: Array = (forward + backward - STOP_WEIGHT * (1.0 - rest)
                     + ALL_WEIGHT * contrast * np.minimum(forward, backward) * rest)
     return total
-
-
-def turn(life: Life) -> Array:
-    """Return how many updates a turn of the rhythm takes at the end, (N, R), 2 at the least."""
-    swing, change = _norm(life.late_swing), _norm(life.late_change)
-    share = np.divide(change, 2 * swing, out=np.ones_like(swing), where=swing > 0)
-    updates: Array = np.pi / np.arcsin(np.clip(share, 0.01, 1.0))
-    return updates
 
 
 def inputs(count: int, hidden: int, bias: float) -> Array:
@@ -126,12 +113,11 @@ def listen(layout: Layout, plan: Listening, seed: int, scenario: Callable[
                                plan.stops)
                 if generation:
                     again = score(ear.network(afpo.population.genomes).hidden_weights, now,
-                                  plan.bias, plan.period)
+                                  plan.bias)
                     afpo.population = replace(afpo.population, fitness=again)
-            afpo.tell(score(ear.network(afpo.ask()).hidden_weights, now, plan.bias,
-                            plan.period))
+            afpo.tell(score(ear.network(afpo.ask()).hidden_weights, now, plan.bias))
         weights = ear.network(afpo.population.genomes).hidden_weights
-        reached = score(weights, test, plan.bias, plan.period)
+        reached = score(weights, test, plan.bias)
         best = np.argsort(-reached, kind='stable')[:keep // 2]
         found.append(weights[best])
         scores.append(reached[best])

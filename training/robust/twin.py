@@ -39,9 +39,6 @@ from w2b_sim.worlds import WORLDS, World
 BODY, MOVE_M = 'physical_twin', 0.12
 #: A control period in 20 steps of 2.5 ms follows PyBullet's 50 closely enough to train in.
 PHYSICS_STEPS = 20
-#: Ears whose rhythms a hobby servo can follow: at least 4 control periods (0.2 s) a turn. Slower
-#: ones mostly come in one kind alone, for both moves, and slow ones that sort words take longer.
-PLAN = replace(ears.PLAN, period=4.0, generations=4000)
 #: Walk both ways for half of the time; then for twice of it, in which who walks in a circle gets
 #: nowhere, under more of the stop words.
 STAGES = (Stage(80, 2, 3, 0, False, 0.4, vectors=False, length=0.5),
@@ -87,7 +84,7 @@ def champion(directory: Path, *, ear_seeds: int, seeds: list[int], vocabulary: s
     words = Vocabulary.load(vocabulary)
     vectors = {word: words.vector(word) for word, _asked in ROLES.trained + ROLES.validation}
     heard, _screen = ears.find(directory / 'ears', ROLES, vectors, Layout.of(bodies.get(BODY)),
-                               ear_seeds, ears.shorter(PLAN, effort), say)
+                               ear_seeds, ears.shorter(ears.PLAN, effort), say)
     candidates = [_candidate(directory / f'seed_{seed:04d}', config_of(seed, vocabulary, effort),
                              heard, vectors, threads, say) for seed in seeds]
     best = min(candidates, key=lambda candidate: candidate.order)
