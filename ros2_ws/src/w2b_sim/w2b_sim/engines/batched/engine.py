@@ -82,9 +82,8 @@ class BatchedEngine:
     joints
         See `tables.compile_body`.
     physics_steps
-        In a control period instead of the world's: fewer for speed. For the physical twin, 10
-        (5 ms) rank evolved controllers as PyBullet does with a correlation of 0.8 to 0.9, the
-        world's 50 with 0.94.
+        In a control period instead of the world's: fewer for speed. docs/engine.md has what that
+        costs the physical twin in truth.
     sweeps
         Of the solve's stages; None for the precision's own.
     lanes
