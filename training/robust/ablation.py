@@ -198,12 +198,12 @@ def to_markdown(rows: Sequence[Mapping[str, Any]]) -> str:
     Return the table, a row a treatment: medians over its runs, and tests against the first row.
 
     *Drawn worlds* is the fitness in situations with every means. The columns to its right are
-    PyBullet's: medians over the runs of each run's result, for *shorter way* with the quartiles,
-    and the p of a Mann-Whitney test that it is no longer than the first row's. *Both ways* counts
+    PyBullet's: medians over the runs of each run's result, for *shorter way* with the quartiles.
+    Both have the p of a one-sided Mann-Whitney test against the first row. *Both ways* counts
     the runs whose median start gets `MOVE_M` in each direction (p: Fisher's exact test against the
     first row, one-sided), *obey* those that also stay within the gate's bound under the stop words.
     """
-    lines = ['| means | runs | fitness, own worlds | fitness, drawn worlds | forward, m | '
+    lines = ['| means | runs | fitness, own worlds | fitness, drawn worlds (p) | forward, m | '
              'backward, m | shorter way, m (quartiles; p) | farthest under a stop word, m | '
              'both ways (p) | obey |',
              '|---' * 10 + '|']
@@ -212,10 +212,10 @@ def to_markdown(rows: Sequence[Mapping[str, Any]]) -> str:
         runs = row['runs']
         judged = _judged(row)
         low, middle, high = np.quantile(judged.shorter_m, [0.25, 0.5, 0.75])
-        against = judged.against(first) if row is not rows[0] else ('', '')
+        against = judged.against(first) if row is not rows[0] else ('', '', '')
         lines.append(
             f'| {row["row"]} | {len(runs)} | {np.median([run["fitness"] for run in runs]):.2f} | '
-            f'{np.median([run["drawn_fitness"] for run in runs]):.2f} | '
+            f'{np.median(judged.drawn):.2f}{against[2]} | '
             f'{np.median(judged.forward_m):+.2f} | {-np.median(judged.backward_m):+.2f} | '
             f'{middle:+.2f} ({low:+.2f} to {high:+.2f}{against[0]}) | '
             f'{np.median(judged.farthest_m):.2f} | {judged.both_ways}{against[1]} | '
@@ -225,8 +225,9 @@ def to_markdown(rows: Sequence[Mapping[str, Any]]) -> str:
 
 @dataclass(frozen=True)
 class _Judged:
-    """What PyBullet said of a row's runs: ways and distances (R,), counts of runs."""
+    """Of a row's runs, (R,): fitness in drawn worlds; ways and distances in PyBullet; a count."""
 
+    drawn: Array
     forward_m: Array
     backward_m: Array
     farthest_m: Array
@@ -240,13 +241,14 @@ class _Judged:
     def both_ways(self) -> int:
         return int((self.shorter_m >= MOVE_M).sum())
 
-    def against(self, first: _Judged) -> tuple[str, str]:
-        """Return p of the shorter way and of the count being no greater than the first row's."""
-        way = mannwhitneyu(self.shorter_m, first.shorter_m, alternative='greater').pvalue
+    def against(self, first: _Judged) -> tuple[str, str, str]:
+        """Return p of the shorter way, of the count and of the fitness against the first row's."""
+        way, drawn = (mannwhitneyu(mine, theirs, alternative='greater').pvalue for mine, theirs in
+                      ((self.shorter_m, first.shorter_m), (self.drawn, first.drawn)))
         table = [[judged.both_ways, len(judged.shorter_m) - judged.both_ways]
                  for judged in (self, first)]
         count = fisher_exact(table, alternative='greater').pvalue
-        return f'; {way:.2g}', f' ({count:.2g})'
+        return f'; {way:.2g}', f' ({count:.2g})', f' ({drawn:.2g})'
 
 
 def _judged(row: Mapping[str, Any]) -> _Judged:
@@ -257,4 +259,6 @@ def _judged(row: Mapping[str, Any]) -> _Judged:
                          for table in tables])
     farthest = np.array([max(line.p90_distance_m for line in table if line.behaviour == 'stop')
                          for table in tables])
-    return _Judged(ways('forward'), ways('backward'), farthest, sum(map(gate.passes, tables)))
+    drawn = np.array([run['drawn_fitness'] for run in row['runs']])
+    return _Judged(drawn, ways('forward'), ways('backward'), farthest,
+                   sum(map(gate.passes, tables)))

@@ -108,12 +108,13 @@ def test_rows_are_tested_against_the_first():
 
     def row(name, forward):
         return {'row': name, 'runs': [
-            {'fitness': 0.0, 'drawn_fitness': 0.0,
+            {'fitness': 0.0, 'drawn_fitness': way,
              'rows': gate.to_json(fake_rows(None, words, (), way))} for way in forward]}
     first, second = to_markdown([row('few', (0.1, 0.11, 0.12, 0.13)),
                                  row('many', (0.51, 0.52, 0.53, 0.54))]).splitlines()[-2:]
     assert first.endswith('| 0.02 | 0 | 0 |')
     # All four runs of one above all four of the other: 1 of 70 orders, or of 70 tables.
+    assert second.startswith('| many | 4 | 0.00 | 0.53 (0.014) |')
     assert second.endswith('+0.53 (+0.52 to +0.53; 0.014) | 0.02 | 4 (0.014) | 4 |')
 
 
