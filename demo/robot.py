@@ -53,6 +53,8 @@ class Robot:
         self._node = Node('demo')
         self._motion: Motion | None = None
         self._frames = 0
+        #: Of the first frame after the last start: what is older may still be on its way here.
+        self._first_ns = 0
         self.joint_names: list[str] = []
         every = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
         self._node.create_subscription(Odometry, 'odom', self._on_odometry, every)
@@ -72,7 +74,9 @@ class Robot:
     def start_over(self) -> None:
         """Pause the sim and put the robot back to its start."""
         self._call(self._pause, SetBool.Request(data=True))
-        self._call(self._reset, Trigger.Request())
+        answer = self._call(self._reset, Trigger.Request())
+        # "... the first frame is stamped 12.050000000"
+        self._first_ns = round(float(answer.message.split()[-1]) * 1e9)
 
     def watch(self, frames: int) -> Motion:
         """Let the sim go on for `frames` sensor frames and return what was seen; then pause."""
@@ -86,22 +90,26 @@ class Robot:
         return motion
 
     def _on_odometry(self, message: Odometry) -> None:
-        if self._motion is not None and len(self._motion.poses) < self._frames:
+        if (self._motion is not None and len(self._motion.poses) < self._frames
+                and _nanoseconds(message) >= self._first_ns):
             p, q = message.pose.pose.position, message.pose.pose.orientation
             self._motion.poses[_nanoseconds(message)] = ([p.x, p.y, p.z], [q.x, q.y, q.z, q.w])
 
     def _on_joints(self, message: JointState) -> None:
-        if self._motion is not None and len(self._motion.joints) < self._frames:
+        if (self._motion is not None and len(self._motion.joints) < self._frames
+                and _nanoseconds(message) >= self._first_ns):
             self.joint_names = list(message.name)
             self._motion.joints[_nanoseconds(message)] = list(message.position)
 
-    def _call(self, client: Client, request: SetBool.Request | Trigger.Request) -> None:
+    def _call(self, client: Client, request: SetBool.Request | Trigger.Request
+              ) -> SetBool.Response | Trigger.Response:
         self._wait(client.service_is_ready, f'the service {client.srv_name}')
         future = client.call_async(request)
         self._wait(future.done, f'an answer of {client.srv_name}')
         response = future.result()
         if not response.success:
             raise RuntimeError(f'{client.srv_name} refused: {response.message}')
+        return response
 
     def _wait(self, condition: Callable[[], bool], what: str,
               deadline_s: float = DEADLINE_S) -> None:
