@@ -20,17 +20,33 @@ FIRST_DISCOVERY_PORT, PORTS_PER_DOMAIN, UNICAST_OFFSET = 7400, 250, 10
 FOREIGN = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER', 'ROS_LOCALHOST_ONLY', 'ROS_NAMESPACE')
 
 
-def free_domain() -> int:
-    """Return a ROS domain whose first participant's port nobody holds (RTPS 2.3, section 9.6)."""
-    for domain in random.sample(DOMAINS, len(DOMAINS)):
-        port = FIRST_DISCOVERY_PORT + PORTS_PER_DOMAIN * domain + UNICAST_OFFSET
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            try:
-                probe.bind(('127.0.0.1', port))
-            except OSError:
-                continue
-            return domain
-    raise RuntimeError('all ROS domains from 1 to 101 are in use on this machine')
+class Domain:
+    """
+    A ROS domain of one's own on this machine, until it is given back.
+
+    Nobody holds its first participant's port (RTPS 2.3, section 9.6), and nobody else who asks this
+    class gets it: a name of Linux's abstract socket space is held until `release`, or the end of
+    the process, for a port is held only some time after a process has chosen it.
+    """
+
+    def __init__(self) -> None:
+        for domain in random.sample(DOMAINS, len(DOMAINS)):
+            claim = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+            port = FIRST_DISCOVERY_PORT + PORTS_PER_DOMAIN * domain + UNICAST_OFFSET
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+                try:
+                    claim.bind(f'\0w2b ROS domain {domain}')
+                    probe.bind(('127.0.0.1', port))
+                except OSError:
+                    claim.close()
+                    continue
+            self.number, self._claim = domain, claim
+            return
+        raise RuntimeError('all ROS domains from 1 to 101 are in use on this machine')
+
+    def release(self) -> None:
+        """Give the domain back."""
+        self._claim.close()
 
 
 class RosSession:
@@ -42,9 +58,10 @@ class RosSession:
 
     def __init__(self, log_folder: Path) -> None:
         self.log_folder = log_folder
+        self._domain = Domain()
         self.environment: Mapping[str, str] = {
             **{name: value for name, value in os.environ.items() if name not in FOREIGN},
-            'ROS_DOMAIN_ID': str(free_domain()),
+            'ROS_DOMAIN_ID': str(self._domain.number),
             'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
             'PYTHONUNBUFFERED': '1'}
         self._processes: list[tuple[str, subprocess.Popen[bytes]]] = []
@@ -67,6 +84,7 @@ class RosSession:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+        self._domain.release()
 
     def start(self, executable: str, **parameters: object) -> None:
         """Start an installed node with ROS parameters; its output goes to the log folder."""

@@ -24,7 +24,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from demo.ros_session import free_domain
+from demo.ros_session import Domain
 from w2b_controller.ros_messages import stamp_ns
 from w2b_controller.say import values_of
 
@@ -88,7 +88,8 @@ class System:
     """A ROS domain with the processes of one test, and what its client saw of them."""
 
     def __init__(self, environment: Mapping[str, str], folder: Path) -> None:
-        self._environment = {**environment, 'ROS_DOMAIN_ID': str(free_domain())}
+        self._domain = Domain()
+        self._environment = {**environment, 'ROS_DOMAIN_ID': str(self._domain.number)}
         self._folder = folder
         self.processes: list[Process] = []
         self._context = Context()
@@ -206,6 +207,11 @@ class System:
         self.forget_before(self._since_ns)
         return self._since_ns
 
+    def wait_for_no_sim(self) -> None:
+        """Wait until this client knows that the sim is gone: else its services still look ready."""
+        self.wait(lambda: not self._odometry.get_publisher_count()
+                  and not self.node.count_services('sim/reset'), 'the end of the sim')
+
     def transition(self, label: str) -> bool:
         """Ask the brain for a transition; return whether it succeeded."""
         request = ChangeState.Request(transition=Transition(label=label))
@@ -272,6 +278,7 @@ class System:
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
+        self._domain.release()
         for process, code in zip(self.processes, codes, strict=True):
             assert 'Traceback' not in process.log, self.logs()
             if not process.killed and process.name in ('brain', 'sim') and \

@@ -59,6 +59,7 @@ def test_seeded_starts_differ_a_little_and_repeat(system):
         starts.append(heights)
         sim.stop()
         # The next one begins with the same stamps.
+        system.wait_for_no_sim()
         system.forget()
     assert starts[0] == starts[1]
     assert len(set(starts[0])) == 3
