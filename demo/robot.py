@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +17,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from demo.ros_session import RosSession
+from w2b_controller.ros_messages import stamp_ns
+from w2b_sim.sim_logic import first_stamp_ns
 
 DEADLINE_S = 20.0
 
@@ -74,9 +76,7 @@ class Robot:
     def start_over(self) -> None:
         """Pause the sim and put the robot back to its start."""
         self._call(self._pause, SetBool.Request(data=True))
-        answer = self._call(self._reset, Trigger.Request())
-        # "... the first frame is stamped 12.050000000"
-        self._first_ns = round(float(answer.message.split()[-1]) * 1e9)
+        self._first_ns = first_stamp_ns(self._call(self._reset, Trigger.Request()).message)
 
     def watch(self, frames: int) -> Motion:
         """Let the sim go on for `frames` sensor frames and return what was seen; then pause."""
@@ -90,16 +90,19 @@ class Robot:
         return motion
 
     def _on_odometry(self, message: Odometry) -> None:
-        if (self._motion is not None and len(self._motion.poses) < self._frames
-                and _nanoseconds(message) >= self._first_ns):
+        if self._motion is not None and self._counts(message, self._motion.poses):
             p, q = message.pose.pose.position, message.pose.pose.orientation
-            self._motion.poses[_nanoseconds(message)] = ([p.x, p.y, p.z], [q.x, q.y, q.z, q.w])
+            self._motion.poses[stamp_ns(message.header.stamp)] = (
+                [p.x, p.y, p.z], [q.x, q.y, q.z, q.w])
 
     def _on_joints(self, message: JointState) -> None:
-        if (self._motion is not None and len(self._motion.joints) < self._frames
-                and _nanoseconds(message) >= self._first_ns):
+        if self._motion is not None and self._counts(message, self._motion.joints):
             self.joint_names = list(message.name)
-            self._motion.joints[_nanoseconds(message)] = list(message.position)
+            self._motion.joints[stamp_ns(message.header.stamp)] = list(message.position)
+
+    def _counts(self, message: Odometry | JointState, seen: Sized) -> bool:
+        """Whether a message is of this start, and more are to be seen."""
+        return stamp_ns(message.header.stamp) >= self._first_ns and len(seen) < self._frames
 
     def _call(self, client: Client, request: SetBool.Request | Trigger.Request
               ) -> SetBool.Response | Trigger.Response:
@@ -119,8 +122,3 @@ class Robot:
             if time.monotonic() > end:
                 raise RuntimeError(f'waited {deadline_s:.0f} s for {what}')
             rclpy.spin_once(self._node, timeout_sec=0.2)
-
-
-def _nanoseconds(message: Odometry | JointState) -> int:
-    stamp = message.header.stamp
-    return int(stamp.sec) * 10**9 + int(stamp.nanosec)

@@ -27,6 +27,7 @@ from trajectory_msgs.msg import JointTrajectory
 from demo.ros_session import Domain
 from w2b_controller.ros_messages import stamp_ns
 from w2b_controller.say import values_of
+from w2b_sim.sim_logic import first_stamp_ns
 
 #: By then a thing has happened, or never will: on a machine with six times as much to do as it can,
 #: a node alone takes 20 s to start. Tests that pass do not wait for it.
@@ -203,7 +204,7 @@ class System:
         self.wait(self._odometry.get_publisher_count, 'a sim whose frames come here')
         response = self.call(Trigger, 'sim/reset', Trigger.Request())
         assert response.success
-        self._since_ns = round(float(response.message.split()[-1]) * 1e9)
+        self._since_ns = first_stamp_ns(response.message)
         self.forget_before(self._since_ns)
         return self._since_ns
 

@@ -24,9 +24,9 @@ each, every one a controller under a word:
            under many words, their own first and then the lexicon's, and half copies of them with
            one synapse redrawn, as evolution makes them, under their own words in turn.
 
-The row `as trained` is the engine as evolution uses it: single precision and, for the twin, physics
-steps of 5 ms. PyBullet needs more than a second for an evaluation of the twin: the default count
-takes about eight minutes on one core.
+The row `as trained` is the engine as evolution uses it: single precision and, for the twin, the
+physics steps of its training. PyBullet needs more than a second for an evaluation of the twin: the
+default count takes about eight minutes on one core.
 """
 
 from __future__ import annotations

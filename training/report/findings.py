@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 import pandas as pd
 
 from training.report.comparisons import ELSEWHERE, panels, select
+from training.report.move_words import with_words, word_by_word
 from training.report.parts import counted
 from training.report.published import ALPHA, ALPHA_FITNESS, FITNESS, TITLES, title
 from training.report.statistics import Tested
@@ -31,7 +32,6 @@ from training.report.verdicts import (
     p_value,
     too_few,
 )
-from training.report.words import with_words, word_by_word
 
 
 class _Outcomes:

@@ -23,6 +23,8 @@ DPI = (250, 200, 160, 130)
 LARGEST_BYTES = 300_000
 #: A table of no more rows is printed on one page.
 SHORT_ROWS = 15
+#: Attribute of a table's cell that stays on one line.
+NOWRAP = ' class="n"'
 
 
 def write_report(content: Content, out: Path) -> None:
@@ -100,10 +102,6 @@ def _html_table(frame: pd.DataFrame) -> Markup:
         lines += ['<tr>', *(f'<{tag}{"" if re.search("[A-Za-z]{2}", cell) else NOWRAP}>'
                             f'{escape(cell)}</{tag}>' for tag, cell in row), '</tr>']
     return Markup('\n'.join([*lines, '</tbody>', '</table>']))
-
-
-#: Class of a table's cell that stays on one line.
-NOWRAP = ' class="n"'
 
 
 def _html_code(text: str) -> Markup:

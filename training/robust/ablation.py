@@ -76,7 +76,7 @@ ROWS = (
     Treatment('all means, touch in use, without sensor faults', EVERY, touch=True),
     Treatment('all means, touch in use, with sensor faults', (*EVERY, 'sensors'), touch=True),
 )
-FIRST, ALL = ROWS[0].name, ROWS[7].name
+ALL = next(row.name for row in ROWS if row.means == EVERY)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,7 +8,7 @@ away count as failures, never as far walkers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -19,7 +19,8 @@ from training.evolution.starts import slightly_different
 from training.evolution.treatments import GATE, Words, generator
 from w2b_controller.network import Network
 from w2b_sim.bodies.model import Body
-from w2b_sim.engines.interface import Evaluation, Evaluator
+from w2b_sim.engines.interface import Evaluation, Evaluator, Start
+from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator
 from w2b_sim.worlds import World
 
 Array = NDArray[np.float64]
@@ -29,8 +30,6 @@ STARTS = 20
 EXPLODED_M = 10.0
 #: 90 % of the starts must stay this close under every stop word.
 STOP_DISTANCE_M = 0.1
-
-
 #: What a walk of a few metres does not show is whether it goes on straight.
 LATER_S, LATER_STARTS = 60.0, 5
 
@@ -93,20 +92,13 @@ def gate(network: Network, body: Body, world: World, words: Words, held_out: Wor
         the trained and the held-out words, and not required.
 
     """
-    from training.evolution.engines import make_evaluator
-
-    judge = evaluator or make_evaluator('pybullet', body, world, threads=processes)
+    asked = [word for word, _behaviour in words + validation + held_out]
     drawn = slightly_different(generator(seed, GATE), starts)
-    pairs = words + validation + held_out
-    signals = np.array([np.asarray(vectors[word], dtype=np.float64) for word, _asked in pairs])
-    batch = Network(network.hidden_weights[None], network.motor_weights[None],
-                    network.motor_time_constants)
-    try:
-        outcome = judge.evaluate(batch, signals, drawn)
-    finally:
-        close: Callable[[], None] | None = getattr(judge, 'close', None)
-        if evaluator is None and close is not None:
-            close()
+    if evaluator is not None:
+        outcome = _outcome(evaluator, network, asked, vectors, drawn)
+    else:
+        with PyBulletEvaluator(body, world, processes) as pybullet:
+            outcome = _outcome(pybullet, network, asked, vectors, drawn)
     return rows(outcome, words, held_out, move_m, optional, validation)
 
 
@@ -114,24 +106,23 @@ def later(network: Network, body: Body, world: World, words: Words,
           vectors: Mapping[str, ArrayLike], *, seconds: float = LATER_S, starts: int = LATER_STARTS,
           seed: int = 0, processes: int = 1) -> tuple[Later, ...]:
     """Return where `network` is in PyBullet under each move word of `words` much later."""
-    from training.evolution.engines import make_evaluator
-
     moves = [word for word, asked in words if asked != 'stop']
     long = replace(world, steps=round(seconds / world.control_period_s))
-    judge = make_evaluator('pybullet', body, long, threads=processes)
-    batch = Network(network.hidden_weights[None], network.motor_weights[None],
-                    network.motor_time_constants)
-    try:
-        outcome = judge.evaluate(
-            batch, np.array([np.asarray(vectors[word], dtype=np.float64) for word in moves]),
-            slightly_different(generator(seed, GATE), starts))
-    finally:
-        close: Callable[[], None] | None = getattr(judge, 'close', None)
-        if close is not None:
-            close()
+    with PyBulletEvaluator(body, long, processes) as pybullet:
+        outcome = _outcome(pybullet, network, moves, vectors,
+                           slightly_different(generator(seed, GATE), starts))
     places = np.median(outcome.final_position_m[0, :, :, :2], axis=1)
     return tuple(Later(word, seconds, float(x), float(y))
                  for word, (x, y) in zip(moves, places, strict=True))
+
+
+def _outcome(evaluator: Evaluator, network: Network, words: Sequence[str],
+             vectors: Mapping[str, ArrayLike], starts: Sequence[Start]) -> Evaluation:
+    """Return the outcome (1, W, K) of one controller."""
+    batch = Network(network.hidden_weights[None], network.motor_weights[None],
+                    network.motor_time_constants)
+    signals = np.array([np.asarray(vectors[word], dtype=np.float64) for word in words])
+    return evaluator.evaluate(batch, signals, starts)
 
 
 def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float,

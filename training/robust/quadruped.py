@@ -44,8 +44,9 @@ def champion(directory: Path, *, ear_seeds: int, seeds: list[int], keep: int, vo
                                  seed=lineage.FINAL_GATE, processes=threads)
     table += unheard
     config = lineage.config_of(BODY, candidate.seed, QUADRUPED, vocabulary, effort)
-    record.write(directory, record.Champion(config, candidate.network, candidate.fitness, table,
-                                            opened, line.later(candidate)), QUADRUPED, words,
+    made = record.Champion(config, candidate.network, candidate.fitness, table, opened,
+                           line.later(candidate))
+    record.write(directory, made, QUADRUPED, words,
                  {'touch_cut': gate.to_json(line.numb(candidate))})
     print(f'{gate.to_markdown(table)}\ncandidates that were asked held-out words, this one '
           f'included: {opened}')

@@ -96,10 +96,11 @@ def champion(directory: Path, *, ear_seeds: int, seeds: list[int], vocabulary: s
                                  ROLES.held_out, words, move_m=MOVE_M, seed=FINAL_GATE,
                                  processes=threads)
     table += unheard
-    record.write(directory, record.Champion(config_of(best.seed, vocabulary, effort), best.network,
-                                            best.fitness, table, opened, gate.later(
-        best.network, bodies.get(BODY), _world(), ROLES.trained, vectors, processes=threads)),
-                 ROLES, words)
+    later = gate.later(best.network, bodies.get(BODY), _world(), ROLES.trained, vectors,
+                       processes=threads)
+    made = record.Champion(config_of(best.seed, vocabulary, effort), best.network, best.fitness,
+                           table, opened, later)
+    record.write(directory, made, ROLES, words)
     say(f'{gate.to_markdown(table)}\ncandidates that were asked held-out words, this one '
         f'included: {opened}')
     return gate.passes(table)

@@ -29,6 +29,16 @@ OLDEST_ANSWER_S = 0.5
 WARNING_S = 1.0
 
 
+def reset_answer(stamp_ns: int) -> str:
+    """Return what the service `~/reset` answers: where the frames of the new start begin."""
+    return f'at the start; the first frame is stamped {stamp_ns / 1e9:.9f}'
+
+
+def first_stamp_ns(answer: str) -> int:
+    """Return the stamp that a `reset_answer` tells."""
+    return round(float(answer.split()[-1]) * 1e9)
+
+
 class TargetError(ValueError):
     """Targets that are refused; one line says why."""
 

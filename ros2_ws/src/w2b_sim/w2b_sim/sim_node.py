@@ -38,7 +38,7 @@ from w2b_sim import bodies
 from w2b_sim.engines.interface import Start
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
 from w2b_sim.rotation import into_body
-from w2b_sim.sim_logic import SimulatedRobot
+from w2b_sim.sim_logic import SimulatedRobot, reset_answer
 from w2b_sim.worlds import WORLDS
 
 #: In lockstep frames come faster than a busy listener reads: who records a run gets all of it.
@@ -162,8 +162,7 @@ class SimNode(Node):
         if not self._robot.paused:
             self._publish_frame()
         response.success = True
-        response.message = ('at the start; the first frame is stamped '
-                            f'{self._robot.stamp_ns / 1e9:.9f}')
+        response.message = reset_answer(self._robot.stamp_ns)
         return response
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
