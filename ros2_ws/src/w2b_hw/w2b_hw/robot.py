@@ -6,6 +6,8 @@ Everything here runs in one thread, the one that owns the bus.
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from w2b_hw.calibration import Calibration
@@ -67,12 +69,15 @@ class Robot:
         None for the calibration's limits and the defaults of `safety.Limits`.
     use_magnetometer
         See `imu.orientation.Orientation`.
+    clock
+        Monotonic seconds: tells that the process was stopped within a frame.
 
     """
 
     def __init__(self, bus: FrameBudget, calibration: Calibration, power: Power, *,
                  rate_hz: float = 20.0, limits: Limits | None = None,
-                 use_magnetometer: bool = False) -> None:
+                 use_magnetometer: bool = False,
+                 clock: Callable[[], float] = time.monotonic) -> None:
         board = calibration.board
         self._servos = calibration.servos
         self._bus = bus
@@ -83,6 +88,7 @@ class Robot:
         self._imu: Part | None = None
         self._orientation: Orientation | None = None
         self._use_magnetometer = use_magnetometer
+        self._clock = clock
         self._power = power
         self._period_s = 1.0 / rate_hz
         self._bus_failures = 0
@@ -134,11 +140,19 @@ class Robot:
 
     def drive(self, now_s: float) -> Report:
         """Let the safety machine decide, check the chip and send the pose."""
+        began_s = self._clock()
         command = self.safety.step(now_s)
         try:
             if any(command.energised):
+                pulses_us = self._pulses_us(command)
                 self._bank.check()
-                self._send(command, now_s)
+                # Stopped here, a process would wake long after the guard has turned everything
+                # off, and turn it on again.
+                stopped_s = self._clock() - began_s
+                if stopped_s > self.safety.limits.stall_after_s:
+                    self._fault(f'the process was stopped for {stopped_s:.2f} s within a frame')
+                else:
+                    self._send(pulses_us, command, now_s)
             elif any(self._report.pulses_us) or not self._off_confirmed:
                 self._turn_off()
             else:
@@ -189,11 +203,13 @@ class Robot:
 
     # -- parts of a frame
 
-    def _send(self, command: Command, now_s: float) -> None:
+    def _pulses_us(self, command: Command) -> dict[int, float | None]:
+        return {servo.channel: servo.pulse_us(angle) if driven else None
+                for servo, angle, driven
+                in zip(self._servos, command.position_rad, command.energised, strict=True)}
+
+    def _send(self, pulses_us: dict[int, float | None], command: Command, now_s: float) -> None:
         self._off_confirmed = False
-        pulses_us = {servo.channel: servo.pulse_us(angle) if driven else None
-                     for servo, angle, driven
-                     in zip(self._servos, command.position_rad, command.energised, strict=True)}
         sent = self._bank.write(pulses_us)
         self.safety.confirm()
         pulses = tuple(sent[servo.channel] for servo in self._servos)
