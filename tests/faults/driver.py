@@ -52,7 +52,7 @@ def main(name: str) -> int:
             answered.clear()
             phase = 2 * math.pi * time.monotonic()
             io.target(tuple(0.3 * math.sin(phase + n) for n in range(len(JOINTS))))
-            if robot.safety.state.value in ('DISARMED', 'FAULT'):
+            if robot.safety.state.value in ('DISARMED', 'FAULT') and not ended.is_set():
                 io.ask(robot.arm)
     io.stop()
     bus.close()
