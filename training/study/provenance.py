@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import training.evolution
-import w2b_controller
+import w2b_core
 import w2b_sim
 from training.evolution.treatments import WORD_SETS, vector_hash
 from training.evolution.vectors import known, vector
@@ -36,7 +36,7 @@ PACKAGES = ('numpy', 'numba', 'llvmlite', 'scipy', 'pybullet', 'gensim')
 def identity(config: StudyConfig) -> dict[str, Any]:
     """Return what must be equal for the runs of one store; a JSON object of plain fields."""
     return {
-        'program_version': w2b_controller.__version__,
+        'program_version': w2b_core.__version__,
         'sources_sha256': sources_sha256(),
         'engine': config.engine,
         'precision': config.precision,
@@ -80,11 +80,11 @@ def _sources() -> Iterator[tuple[str, Path]]:
     evolution = Path(training.evolution.__file__).parent
     for module in EVOLUTION_SOURCES:
         yield f'training/evolution/{module}.py', evolution / f'{module}.py'
-    controller = Path(w2b_controller.__file__).parent
-    yield 'w2b_controller/network.py', controller / 'network.py'
+    core = Path(w2b_core.__file__).parent
+    for path in (core / 'network.py', *core.glob('bodies/*.py')):
+        yield f'w2b_core/{path.relative_to(core).as_posix()}', path
     simulator = Path(w2b_sim.__file__).parent
-    for path in (simulator / 'worlds.py', *simulator.glob('bodies/*.py'),
-                 *simulator.glob('engines/**/*.py')):
+    for path in (simulator / 'worlds.py', *simulator.glob('engines/**/*.py')):
         yield f'w2b_sim/{path.relative_to(simulator).as_posix()}', path
 
 

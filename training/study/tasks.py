@@ -38,7 +38,7 @@ from training.study.directory import (
 from training.study.lexicon import lexicon_sha256, load_lexicon
 from training.study.provenance import differences, environment
 from training.study.rescoring import COLUMNS, rescore, trials
-from w2b_sim import bodies
+from w2b_core import bodies
 from w2b_sim.engines.interface import Evaluator
 from w2b_sim.worlds import WORLDS
 
