@@ -79,7 +79,7 @@ BAD = {
     'a name twice': (PLUGIN + "\nBODIES.add('quadruped', small)\n",
                      "body 'quadruped': expected a new name"),
     'no name': (PLUGIN + "\nBODIES.add('my body', small)\n", "got 'my body'"),
-    'not modelled': (PLUGIN.replace('own\')', "own', sensors=('smell:x',))"),
+    'not modelled': (PLUGIN.replace("own')", "own', sensors=('smell:x',))"),
                      'small_walker: the batched engine does not model'),
 }
 
