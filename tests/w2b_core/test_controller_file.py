@@ -340,11 +340,11 @@ def test_a_changed_weight_changes_one_line(champion):
 
 def test_targets_span_the_limits(champion):
     state = prime(champion.network, np.ones(300))
-    np.testing.assert_array_equal(champion.targets_rad(state), np.zeros(8))
+    np.testing.assert_array_equal(champion.targets_rad(state.motors), np.zeros(8))
     for motors, angle in ((np.ones(8), np.pi / 4), (-np.ones(8), -np.pi / 4)):
-        np.testing.assert_allclose(champion.targets_rad(state._replace(motors=motors)), angle)
+        np.testing.assert_allclose(champion.targets_rad(motors), angle)
     moving = step(champion.network, state, np.zeros(4))
-    assert np.abs(champion.targets_rad(step(champion.network, moving, np.zeros(4)))).max() \
+    assert np.abs(champion.targets_rad(step(champion.network, moving, np.zeros(4)).motors)).max() \
         <= np.pi / 4
 
 
