@@ -135,7 +135,7 @@ DAMAGE: dict[str, tuple[bytes, str]] = {
                     'version: expected once'),
     'other format': (changed('format', to='w2b-vocabulary'),
                      "format: expected 'w2b-controller', got 'w2b-vocabulary'"),
-    'later version': (changed('version', to=2), 'version: expected 1, .* got 2'),
+    'later version': (changed('version', to=3), 'version: expected 1 or 2, .* got 3'),
     'version as text': (changed('version', to='1'),
                         'version: expected a whole number, got a string'),
     'version true': (changed('version', to=True),

@@ -231,6 +231,14 @@ class Controller:
                 *((part.shape, part.tobytes()) for part in parts))
 
     @property
+    def serial(self) -> Network:
+        """The network of a controller that is primed with words (ControllerFileError if not)."""
+        if not isinstance(self.network, Network):
+            raise ControllerFileError('network: expected one that is primed with words, '
+                                      'got one that an ear commands')
+        return self.network
+
+    @property
     def joints(self) -> tuple[str, ...]:
         """Names of the joints, in the order of the motor neurons."""
         return tuple(motor.joint for motor in self.motors)
