@@ -182,7 +182,7 @@ DAMAGE: dict[str, tuple[bytes, str]] = {
     'sensor missing': (without('network', 'sensors', 3),
                        'network.hidden_weights: expected rows of 9 .* got rows of 10'),
     'sensor kind': (changed('network', 'sensors', 0, to='smell:front_lower_leg'),
-                    r"network\.sensors\[0\]: expected touch:LINK, .* got 'smell:front_lower_leg'"),
+                    r"network\.sensors\[0\]: .*one of touch:LINK, .* got 'smell:front_lower_leg'"),
     'sensor without place': (changed('network', 'sensors', 0, to='touch:'), r'sensors\[0\]'),
     'sensor of no joint': (changed('network', 'sensors', 1, to='position:tail'),
                            r'sensors\[1\]: expected a joint of network.motors'),
