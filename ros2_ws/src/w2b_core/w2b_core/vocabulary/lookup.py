@@ -152,6 +152,14 @@ class Vocabulary:
         return self._known(found[0])
 
     def _known(self, token: str) -> str:
+        found = self.find(token)
+        if found is None:
+            lower = spellings(token)[0]
+            raise UnknownWordError(lower, self.suggestions(lower), self.source)
+        return found
+
+    def find(self, token: str) -> str | None:
+        """Return one word without punctuation as the vocabulary spells it, None if unknown."""
         candidates = spellings(token)
         for candidate in candidates:
             if candidate in self._index:
@@ -160,7 +168,7 @@ class Vocabulary:
         for word in islice(self.words, SEARCHED_WORDS):  # 'McDonald'
             if len(word) == len(lower) and word.lower() == lower:
                 return word
-        raise UnknownWordError(lower, self.suggestions(lower), self.source)
+        return None
 
     def suggestions(self, word: str, count: int = SUGGESTIONS) -> tuple[str, ...]:
         """
