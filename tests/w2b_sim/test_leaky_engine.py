@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from w2b_core import bodies
-from w2b_core.courses import BEHAVIOURS, holds
+from w2b_core.courses import DEFAULT_BEHAVIOURS, holds
 from w2b_core.network.leaky import BLOCKS, LeakyNetwork, LeakyState, step
 from w2b_core.network.sharing import Sharing
 from w2b_core.network.symmetry import find_mirrors
@@ -17,8 +17,9 @@ from w2b_sim.engines.batched.leaky_variations import LeakyVariations
 from w2b_sim.engines.interface import Start
 from w2b_sim.worlds import EARTH, PAPER
 
-COMMANDS = np.eye(len(BEHAVIOURS))
-FORWARD, LEFT, STOP = (COMMANDS[BEHAVIOURS.index(name)] for name in ('forward', 'left', 'stop'))
+COMMANDS = np.eye(len(DEFAULT_BEHAVIOURS))
+FORWARD, LEFT, STOP = (COMMANDS[DEFAULT_BEHAVIOURS.index(name)]
+                       for name in ('forward', 'left', 'stop'))
 #: Of every kind, on either body.
 SENSES = {'physical_twin': ('heading', 'yaw_rate', 'steer', 'gravity:x', 'gravity:y', 'gravity:z',
                             'position:front_left_knee', 'motor:back_right_hip',
@@ -29,7 +30,7 @@ WORLDS = {'physical_twin': replace(EARTH, physics_steps=10), 'quadruped': PAPER}
 
 def networks(body, senses, count, seed=0):
     """Networks that keep moving: an oscillator, random synapses elsewhere."""
-    sharing = Sharing(body, BEHAVIOURS, senses, ())
+    sharing = Sharing(body, DEFAULT_BEHAVIOURS, senses, ())
     rng = np.random.default_rng(seed)
     genomes = rng.normal(scale=0.5, size=(count, sharing.size))
     for (row, column), value in np.ndenumerate(1.3 * np.array([[0.88, -0.48], [0.48, 0.88]])):
@@ -74,7 +75,8 @@ def test_it_is_the_numpy_network_to_a_millionth_over_100_frames(name):
             if now != phase:
                 phase = now
                 drive = network.drive(commands[0, phase])
-                reference = Reference(walk.yaw_rad[t], *holds(BEHAVIOURS, commands[0, phase]))
+                hold = holds(DEFAULT_BEHAVIOURS, commands[0, phase])
+                reference = Reference(walk.yaw_rad[t], *hold)
             asked = lower + (state.motors + 1) / 2 * (upper - lower)
             np.testing.assert_allclose(walk.target_rad[t], asked, rtol=0, atol=1e-6)
             w, x, y, z = walk.orientation_wxyz[t]
@@ -158,7 +160,7 @@ def test_a_mirrored_command_gives_the_mirrored_walk(twin):
     """The symmetry that is found from the geometry holds in the simulation: right is left's."""
     body = bodies.get('physical_twin')
     senses = tuple(sense for sense in SENSES['physical_twin'] if ':' not in sense)
-    sharing = Sharing(body, BEHAVIOURS, senses, find_mirrors(body))
+    sharing = Sharing(body, DEFAULT_BEHAVIOURS, senses, find_mirrors(body))
     engine = LeakyEngine(body, WORLDS[body.name], hidden=14, senses=senses, precision='double')
     rng = np.random.default_rng(8)
     genome = rng.normal(scale=0.4, size=(4, sharing.size))
@@ -170,7 +172,7 @@ def test_a_mirrored_command_gives_the_mirrored_walk(twin):
         image = mirrored_hidden(mirror, sharing.hidden)
         other = replace(network, rest=image.apply(network.rest))
         x, y = (-1, 1) if mirror.name == 'fore_aft' else (1, -1)
-        u = mirror.behaviours(BEHAVIOURS).apply(COMMANDS)
+        u = mirror.behaviours(DEFAULT_BEHAVIOURS).apply(COMMANDS)
         here = engine.record(network, COMMANDS[:, None], [0.5]).position_m
         there = engine.record(other, u[:, None], [0.5]).position_m
         np.testing.assert_allclose(there[..., 0] * x, here[..., 0], atol=1e-4)

@@ -7,14 +7,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.outcome import REVERSAL_RAD, Motion
+
 Array = NDArray[np.float64]
 
-#: A joint's turning points count if its path moves by more than this between them.
-REVERSAL_RAD = 0.03
 #: Of a phase, a robot may use this long, or a third of it, to begin what it was told.
 SETTLE_S = 1.0
-#: Beyond this a robot did not walk: the evaluation counts as failed.
-FARTHEST_M = 1e4
 
 
 @dataclass(frozen=True)
@@ -77,7 +75,7 @@ class Recording:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class PhaseOutcome:
     """
     What a robot did in a phase; every field has the recording's leading axes (...,).
 
@@ -106,8 +104,8 @@ class Outcome:
         Mean over joints, after settling.
     torque_nm
         Mean magnitude over joints; NaN where the engine cannot say.
-    height_m, lowest_m
-        Of the base: mean after settling, and lowest.
+    height_m, lowest_m, start_height_m, final_height_m
+        Of the base: mean and lowest after settling, at the first frame and at the last.
     lowest_up, tilt
         Smallest cosine between the base's z axis and the vertical; 1 less the mean one.
 
@@ -128,11 +126,19 @@ class Outcome:
     torque_nm: Array
     height_m: Array
     lowest_m: Array
+    start_height_m: Array
+    final_height_m: Array
     lowest_up: Array
     tilt: Array
 
+    @property
+    def motion(self) -> Motion:
+        """What `w2b_core.behaviours` judges of it."""
+        return Motion(self.along_m, np.hypot(self.along_m, self.across_m), self.yaw_rad,
+                      self.final_height_m / self.start_height_m)
 
-def outcome_of(recording: Recording, first: int = 0, last: int | None = None) -> Outcome:
+
+def phase_outcome(recording: Recording, first: int = 0, last: int | None = None) -> PhaseOutcome:
     """
     Return what happened from frame `first` to frame `last` (the recording's last if None).
 
@@ -163,7 +169,7 @@ def outcome_of(recording: Recording, first: int = 0, last: int | None = None) ->
     rhythm = reversals(angle) / (2 * seconds)
     speed = np.abs(np.diff(angle[..., settle:, :], axis=-2)) / recording.period_s
     torque = recording.torque_nm[..., first + 1:last + 1, :]
-    return Outcome(
+    return PhaseOutcome(
         seconds=seconds,
         along_m=cosine * way[..., 0] + sine * way[..., 1],
         across_m=cosine * way[..., 1] - sine * way[..., 0],
@@ -178,6 +184,7 @@ def outcome_of(recording: Recording, first: int = 0, last: int | None = None) ->
         joint_speed_rad_s=speed.mean((-1, -2)),
         torque_nm=torque.mean((-1, -2), dtype=np.float64),
         height_m=place[..., settle:, 2].mean(-1), lowest_m=place[..., settle:, 2].min(-1),
+        start_height_m=place[..., 0, 2], final_height_m=place[..., -1, 2],
         lowest_up=upright.min(-1), tilt=1 - upright.mean(-1))
 
 

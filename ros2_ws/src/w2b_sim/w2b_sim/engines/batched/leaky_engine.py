@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from w2b_core.bodies.model import Body
-from w2b_core.courses import BEHAVIOURS, holds
+from w2b_core.courses import DEFAULT_BEHAVIOURS, holds
 from w2b_core.network.leaky import BLOCKS, LeakyNetwork
 from w2b_sim.engines.batched.compilation import compiled_evaluate_leaky
 from w2b_sim.engines.batched.contacts import TOUCH_GAP_M
@@ -51,7 +51,7 @@ class LeakyEngine(Machine):
     LEAKY: ClassVar[bool] = True
 
     def __init__(self, body: Body, world: World, *, hidden: int, senses: Sequence[str],
-                 behaviours: Sequence[str] = BEHAVIOURS, **options: Any) -> None:
+                 behaviours: Sequence[str] = DEFAULT_BEHAVIOURS, **options: Any) -> None:
         options.setdefault('precision', 'single')
         super().__init__(replace(body, sensors=tuple(senses), hidden_neurons=hidden), world,
                          **options)

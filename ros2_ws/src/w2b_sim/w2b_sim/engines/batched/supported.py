@@ -19,7 +19,7 @@ class UnsupportedBodyError(ValueError):
     """A body is outside what the batched engine models; the message says in what."""
 
 
-def refuse_what_is_not_modelled(body: Body, kinds: Mapping[str, int]) -> None:
+def refuse_what_is_not_modelled(body: Body, kinds: Mapping[str, int] = SENSOR_KINDS) -> None:
     """
     Raise UnsupportedBodyError if the body is outside what the engine models.
 
