@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Run the command; return the exit code: 0, or 2 for an error."""
     try:
-        network = controller_file.load(controller_file.resolve(args.controller)).network
+        network = controller_file.load(controller_file.resolve(args.controller)).serial
         vocabulary = Vocabulary.load(args.vocabulary)
         signals = np.array([vocabulary.vector(word) for word in vocabulary.exact_words])
     except (ValueError, OSError) as error:
