@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 #: The behaviours of a controller that does not say otherwise, in the order of its command vector.
-BEHAVIOURS = ('stop', 'forward', 'backward', 'left', 'right', 'sit')
+DEFAULT_BEHAVIOURS = ('stop', 'forward', 'backward', 'left', 'right', 'sit')
 
 
 class Course(NamedTuple):
