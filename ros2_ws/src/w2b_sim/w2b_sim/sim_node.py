@@ -18,7 +18,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -35,8 +35,8 @@ from w2b_ros.ros_messages import (
     to_stamp,
 )
 from w2b_ros.ros_process import StartError
+from w2b_sim.engines import registry
 from w2b_sim.engines.interface import Start
-from w2b_sim.engines.pybullet_engine import PyBulletSimulation
 from w2b_sim.rotation import into_body
 from w2b_sim.sim_logic import SimulatedRobot, reset_answer
 from w2b_sim.worlds import WORLDS
@@ -44,6 +44,9 @@ from w2b_sim.worlds import WORLDS
 #: In lockstep frames come faster than a busy listener reads: who records a run gets all of it.
 LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
                      reliability=ReliabilityPolicy.RELIABLE)
+
+#: Of a simulated IMU; 0 would mean that it is not known (REP-145).
+EXACT_VARIANCE = 1e-12
 
 #: What a seeded start may differ by from the nominal one.
 SPREAD_HEIGHT_M = 0.002
@@ -53,6 +56,8 @@ PARAMETERS = (
     Parameter('body', 'quadruped', 'Body to simulate.', fixed=True),
     Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.',
               fixed=True),
+    Parameter('engine', registry.DEFAULT,
+              f'What moves it: {" or ".join(registry.stepwise_names())}.', fixed=True),
     Parameter('real_time_factor', 0.0, '0: lockstep, the body waits for the targets that answer '
               'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0), fixed=True),
     Parameter('republish_timeout', 0.5,
@@ -68,6 +73,7 @@ PARAMETERS = (
     Parameter('start_roll', 0.0, 'Radians to tilt it about x.', (-math.pi, math.pi)),
     Parameter('start_pitch', 0.0, 'Radians to tilt it about y.', (-math.pi, math.pi)),
     Parameter('start_yaw', 0.0, 'Radians to turn it about z.', (-math.pi, math.pi)),
+    Parameter('imu_frame_id', 'imu_link', 'Frame of the IMU messages.', fixed=True),
     Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.', fixed=True),
 )
 
@@ -84,6 +90,7 @@ class SimNode(Node):
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOG_OUT)
         self._contacts = (self.create_publisher(JointState, 'contacts', FRAMES_OUT)
                           if self._robot.frame.touching else None)
+        self._imu = self.create_publisher(Imu, 'imu/data', FRAMES_OUT)
         self._odometry = self.create_publisher(Odometry, 'odom', LOG_OUT)
         self._clock_publisher = self.create_publisher(Clock, '/clock', FRAMES_OUT)
         self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, TARGETS)
@@ -120,13 +127,18 @@ class SimNode(Node):
         if self._integer('pause_after') < 0:
             raise StartError('pause_after: expected 0 or more frames, '
                              f'got {self._integer("pause_after")}')
-        self._simulation = PyBulletSimulation(body, world)
+        engine = str(self.get_parameter('engine').value)
+        try:
+            self._simulation = registry.make_simulation(engine, body, world)
+        except ValueError as error:
+            raise StartError(str(error)) from error
         robot = SimulatedRobot(
             body, self._simulation, next_start=self._next_start, period_s=self._period_s,
             paced=self._number('real_time_factor') > 0.0,
             pause_after=self._integer('pause_after'), clock=time.monotonic)
         robot.pause(bool(self.get_parameter('paused').value) or robot.paused)
-        self.get_logger().info(f'{body.name} in the world {name}, {robot.clock_status().message}')
+        self.get_logger().info(f'{body.name} in the world {name}, moved by {engine}, '
+                               f'{robot.clock_status().message}')
         return robot
 
     def _next_start(self) -> Start:
@@ -187,11 +199,26 @@ class SimNode(Node):
                                   position=[float(touch) for touch in frame.touching.values()])
             contacts.header.stamp = stamp
             self._contacts.publish(contacts)
+        self._imu.publish(self._imu_message())
         joints = JointState(name=[joint.name for joint in self._robot.body.joints],
                             position=frame.joint_position_rad.tolist(),
                             velocity=frame.joint_velocity_rad_s.tolist())
         joints.header.stamp = stamp
         self._joint_states.publish(joints)
+
+    def _imu_message(self) -> Imu:
+        """What an IMU in the base shows, exactly (REP-145); its axes are the base's."""
+        frame = self._robot.frame
+        message = Imu()
+        message.header.stamp = to_stamp(self._robot.stamp_ns)
+        message.header.frame_id = str(self.get_parameter('imu_frame_id').value)
+        message.orientation = _quaternion(frame.orientation_xyzw)
+        message.angular_velocity = Vector3(**_xyz(frame.imu.angular_velocity_rad_s))
+        message.linear_acceleration = Vector3(**_xyz(frame.imu.specific_force_m_s2))
+        for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
+                           message.linear_acceleration_covariance):
+            covariance[[0, 4, 8]] = EXACT_VARIANCE
+        return message
 
     def _odometry_message(self) -> Odometry:
         """Pose in `odom`, velocity in the base's own frame, as Odometry asks for."""
@@ -200,8 +227,7 @@ class SimNode(Node):
         message.header.frame_id = 'odom'
         message.header.stamp = to_stamp(self._robot.stamp_ns)
         message.pose.pose.position = Point(**_xyz(frame.position_m))
-        x, y, z, w = map(float, frame.orientation_xyzw)
-        message.pose.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
+        message.pose.pose.orientation = _quaternion(frame.orientation_xyzw)
         message.twist.twist.linear = Vector3(
             **_xyz(into_body(frame.orientation_xyzw, frame.velocity_m_s)))
         message.twist.twist.angular = Vector3(
@@ -224,6 +250,11 @@ class SimNode(Node):
     def close(self) -> None:
         """Leave the physics server."""
         self._simulation.close()
+
+
+def _quaternion(orientation_xyzw: np.ndarray) -> Quaternion:
+    x, y, z, w = map(float, orientation_xyzw)
+    return Quaternion(x=x, y=y, z=z, w=w)
 
 
 def _xyz(vector: np.ndarray) -> dict[str, float]:
