@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
+import pytest
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 
 from tests.ros.harness import EVERYTHING
 from tests.ros.offline import FEET, JOINTS
@@ -32,6 +33,28 @@ def test_a_frame_is_one_stamp_on_four_topics(system):
     assert (odometry[0].header.frame_id, odometry[0].child_frame_id) == ('odom', 'base_link')
     stamps = {stamp_ns(message.header.stamp) for message in (joints[0], contacts[0], odometry[0])}
     assert stamps == {stamp_ns(clock[0].clock)} == {50_000_000}
+
+
+@pytest.mark.parametrize('engine', ['pybullet', 'mujoco'])
+def test_the_imu_of_either_engine_shows_gravity_with_the_frames_stamp(system, engine):
+    joints = collect(system, JointState, 'joint_states')
+    imu = collect(system, Imu, 'imu/data')
+    sim = system.start('sim', body='physical_twin', engine=engine)
+    system.wait(lambda: joints and imu, 'a frame')
+    assert stamp_ns(joints[0].header.stamp) == stamp_ns(imu[0].header.stamp)
+    assert imu[0].header.frame_id == 'imu_link'
+    assert abs(imu[0].linear_acceleration.z - 9.81) < 1e-6
+    assert imu[0].orientation.w == 1.0
+    assert 0 < imu[0].orientation_covariance[8] < 1e-6
+    assert f'moved by {engine}' in sim.log
+
+
+def test_an_engine_that_there_is_not_is_refused_in_a_line(system):
+    sim = system.start('sim', engine='ode')
+    sim.may_fail = True
+    system.wait(lambda: sim.exit_code is not None, 'the end of the sim')
+    assert sim.exit_code == 1
+    assert "engine: expected one of pybullet, mujoco, got 'ode'" in sim.log
 
 
 def test_without_an_answer_the_same_frame_is_sent_again(system):

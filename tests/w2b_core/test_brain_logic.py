@@ -146,7 +146,7 @@ def test_an_accepted_word_is_answered_with_the_nearest_trained_words(brain):
     word, nearest = answer.values['nearest'].split(': ')
     assert word == 'halt'
     assert float(nearest.split(', ')[0].split()[1]) > 0.5
-    assert '6,000 words' in answer.values['vocabulary']
+    assert '26,423 words' in answer.values['vocabulary']
     assert 'never heard' not in brain.hear('stop').message
 
 

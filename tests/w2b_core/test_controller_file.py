@@ -14,6 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from w2b_core import bodies
+from w2b_core.behaviours import BEHAVIOURS
 from w2b_core.controller import file as cf
 from w2b_core.network import Network, prime, step
 from w2b_core.vocabulary import Vocabulary
@@ -44,14 +46,14 @@ def controllers(draw: st.DrawFn) -> cf.Controller:
     words = draw(st.lists(st.text(st.characters(categories=['L', 'N']), min_size=1, max_size=9),
                           max_size=4, unique=True))
     return cf.Controller(
-        body=draw(st.sampled_from(cf.BODIES)),
+        body=draw(st.sampled_from(bodies.names())),
         network=Network(
             draw(hnp.arrays(float, (hidden, hidden + 1 + len(sensors)), elements=weights)),
             draw(hnp.arrays(float, (len(motors), hidden), elements=weights)),
             np.array([motor.time_constant for motor in motors])),
         sensors=tuple(sensors), motors=tuple(motors),
         period_s=draw(st.floats(1e-6, 10)),
-        words=tuple(cf.TrainedWord(word, draw(st.sampled_from(cf.BEHAVIOURS)),
+        words=tuple(cf.TrainedWord(word, draw(st.sampled_from(tuple(BEHAVIOURS))),
                                    f'{draw(st.integers(0, 2**256 - 1)):064x}',
                                    draw(st.none() | numbers)) for word in words),
         record=draw(st.dictionaries(texts, values, max_size=4)),
@@ -138,8 +140,8 @@ DAMAGE: dict[str, tuple[bytes, str]] = {
                         'version: expected a whole number, got a string'),
     'version true': (changed('version', to=True),
                      'version: expected a whole number, got a boolean'),
-    'unknown body': (changed('body', to='hexapod'),
-                     "body: expected one of quadruped, .* got 'hexapod'"),
+    'body no name': (changed('body', to='hexa pod'),
+                     "body: expected a name of letters, digits and _, got 'hexa pod'"),
     'body null': (changed('body', to=None), 'body: expected a string, got null'),
     'no network': (without('network'), 'network: expected a JSON object, got nothing: the field'),
     'network a list': (changed('network', to=[]), 'network: expected a JSON object, got a list'),
@@ -207,8 +209,8 @@ DAMAGE: dict[str, tuple[bytes, str]] = {
                    r"words\[1\]\.word: expected a word not listed before, got 'forward'"),
     'word blank': (changed('words', 1, 'word', to='a\nb'),
                    r'words\[1\]\.word: expected .*printable'),
-    'behaviour': (changed('words', 0, 'behaviour', to='jump'),
-                  r"words\[0\]\.behaviour: expected one of forward, backward, stop, got 'jump'"),
+    'behaviour': (changed('words', 0, 'behaviour', to='jump!'),
+                  r"words\[0\]\.behaviour: expected a name of letters, digits and _, got 'jump!'"),
     'hash short': (changed('words', 0, 'sha256', to='ab12'), r'words\[0\]\.sha256: expected 64'),
     'hash no hexadecimal': (changed('words', 0, 'sha256', to='x' * 64), r'words\[0\]\.sha256'),
     'score as text': (changed('words', 0, 'score', to='0.5'),

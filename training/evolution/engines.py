@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core import bodies
 from w2b_core.network import Network
 from w2b_sim.engines import registry
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
@@ -16,6 +17,19 @@ from w2b_sim.engines.registry import PRECISIONS, make_evaluator
 __all__ = ['ENGINES', 'PRECISIONS', 'TimedEvaluator', 'make_evaluator']
 
 ENGINES = registry.names()
+
+
+def refuse_unsupported(engine: str, body: str) -> None:
+    """Raise ValueError, with the file that registered `body`, if `engine` does not model it."""
+    if engine != 'batched':
+        return
+    from w2b_sim.engines.batched.supported import refuse_what_is_not_modelled
+
+    try:
+        refuse_what_is_not_modelled(bodies.get(body))
+    except ValueError as error:
+        origin = bodies.BODIES.origin(body)
+        raise ValueError(f'{origin}: {error}' if origin else str(error)) from None
 
 
 class TimedEvaluator:

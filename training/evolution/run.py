@@ -26,7 +26,7 @@ from training.evolution import checkpoint, rundir, treatments
 from training.evolution.afpo import Afpo
 from training.evolution.champion import WordOutcome, outcomes, write_champion
 from training.evolution.config import RunConfig
-from training.evolution.engines import TimedEvaluator, make_evaluator
+from training.evolution.engines import TimedEvaluator, make_evaluator, refuse_unsupported
 from training.evolution.objectives import aggregate, scores
 from training.evolution.operators import Layout, random_genomes
 from training.evolution.rundir import RunConflictError, RunDirectory
@@ -135,6 +135,8 @@ def run(config: RunConfig, directory: Path | str,
     identity = {'config': config.to_json(), 'program_version': __version__,
                 'vectors': {name: treatments.vector_hash(vector)
                             for name, vector in zip(names, heard, strict=True)}}
+    if evaluator is None:
+        refuse_unsupported(config.engine, config.body)
     with RunDirectory(Path(directory), identity) as place:
         finished = place.path / rundir.SUMMARY
         if finished.exists() and _summary(finished)['generations'] == config.generations:

@@ -3,8 +3,8 @@ Under how many of all words does a controller rest? What a stop word proves depe
 
   python -m training rest quadruped
 
-Primes the controller's hidden layer, without a body, with every word of a vocabulary, and counts
-the words under which it comes to rest, with silent touch sensors and with all feet on the floor. A
+Primes the controller's hidden layer, without a body, with every word of a vocabulary (of the default
+one, those with the source's own vectors), and counts the words under which it comes to rest, with silent touch sensors and with all feet on the floor. A
 controller that rests under most words stands still under most held-out stop words by chance.
 """
 
@@ -35,7 +35,7 @@ def main(args: argparse.Namespace) -> int:
     try:
         network = controller_file.load(controller_file.resolve(args.controller)).network
         vocabulary = Vocabulary.load(args.vocabulary)
-        signals = np.array([vocabulary.vector(word) for word in vocabulary.words])
+        signals = np.array([vocabulary.vector(word) for word in vocabulary.exact_words])
     except (ValueError, OSError) as error:
         print(f'rest: {" ".join(str(error).split())}', file=sys.stderr)
         return 2

@@ -8,6 +8,7 @@ a process that runs is a body that is there; pause and reset are what its users 
 from __future__ import annotations
 
 import math
+import secrets
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -24,6 +25,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from w2b_core import bodies
 from w2b_core.status import Level, Status
+from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.managed_node import Parameter, declare
 from w2b_ros.ros_messages import (
@@ -56,8 +58,8 @@ PARAMETERS = (
     Parameter('body', 'quadruped', 'Body to simulate.', fixed=True),
     Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.',
               fixed=True),
-    Parameter('engine', registry.DEFAULT,
-              f'What moves it: {" or ".join(registry.stepwise_names())}.', fixed=True),
+    Parameter('engine', registry.DEFAULT, 'What moves it: pybullet or mujoco.',
+              fixed=True),
     Parameter('real_time_factor', 0.0, '0: lockstep, the body waits for the targets that answer '
               'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0), fixed=True),
     Parameter('republish_timeout', 0.5,
@@ -96,6 +98,8 @@ class SimNode(Node):
         self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, TARGETS)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
+        epoch, factor = secrets.token_hex(4), self._number('real_time_factor')
+        self._body = BodyReporter(self, lambda: self._robot.body_status(epoch, factor))
         self._reporter = DiagnosticsReporter(
             self, self._statuses, lambda: self._robot.body.name,
             str(self.get_parameter('diagnostics_topic').value))
@@ -180,6 +184,7 @@ class SimNode(Node):
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         was_paused = self._robot.paused
         self._robot.pause(request.data)
+        self._body.check()
         if was_paused and not request.data:
             if self._robot.answered and not self._robot.paced:
                 self._move_if_may()

@@ -18,8 +18,6 @@ import numpy as np
 from w2b_core.controller import fields as controller_json
 from w2b_core.controller.fields import ControllerFileError, Fields, Text, expect
 from w2b_core.controller.model import (
-    BEHAVIOURS,
-    BODIES,
     Controller,
     Motor,
     TrainedWord,
@@ -27,7 +25,7 @@ from w2b_core.controller.model import (
 )
 from w2b_core.network import Network
 
-__all__ = ['BEHAVIOURS', 'BODIES', 'Controller', 'ControllerFileError', 'Motor', 'TrainedWord',
+__all__ = ['Controller', 'ControllerFileError', 'Motor', 'TrainedWord',
            'dumps', 'load', 'loads', 'resolve', 'save', 'shipped', 'shipped_names', 'vector_sha256']
 
 FORMAT = 'w2b-controller'

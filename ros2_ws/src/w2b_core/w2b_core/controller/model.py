@@ -14,10 +14,6 @@ from w2b_core.network import Network, State
 
 Array = NDArray[np.float64]
 
-BEHAVIOURS = ('forward', 'backward', 'stop')
-BODIES = ('quadruped', 'quadruped_blind', 'minimal', 'spherical_1dof_sensors',
-          'spherical_1dof_blind', 'spherical_2dof_sensors', 'spherical_2dof_blind',
-          'spherical_1dof_original', 'spherical_2dof_original', 'physical_twin')
 SENSOR_KINDS = ('touch', 'position', 'motor')
 
 
@@ -54,8 +50,8 @@ class TrainedWord:
     """
     A word of the training set.
 
-    `behaviour` is one of `BEHAVIOURS`, `sha256` the `vector_sha256` of the vector that was heard,
-    `score` the objective's value under this word, None if it was not recorded.
+    `behaviour` is a name such as `forward`, `sha256` the `vector_sha256` of the vector that was
+    heard, `score` the objective's value under this word, None if it was not recorded.
     """
 
     word: str
@@ -72,7 +68,7 @@ class Controller:
     Attributes
     ----------
     body
-        One of `BODIES`.
+        Name of the body that it was evolved for.
     network
         A single controller: hidden weights (H, H + 1 + S), motor weights (M, H).
     sensors
@@ -106,7 +102,7 @@ class Controller:
 
     def __post_init__(self) -> None:
         """Check what the types alone do not say."""
-        expect(self.body in BODIES, 'body', f'one of {", ".join(BODIES)}', self.body)
+        expect(_is_name(self.body), 'body', 'a name of letters, digits and _', self.body)
         expect(0 < self.period_s <= 10, 'period_s', 'more than 0 and at most 10 s', self.period_s)
         expect(self.vector_length >= 1, 'network.vector_length', 'at least 1', self.vector_length)
         self._check_sensors()
@@ -169,8 +165,8 @@ class Controller:
                    '1 to 100 printable characters', word.word)
             expect(word.word not in seen, f'{name}.word', 'a word not listed before', word.word)
             seen.add(word.word)
-            expect(word.behaviour in BEHAVIOURS, f'{name}.behaviour',
-                   f'one of {", ".join(BEHAVIOURS)}', word.behaviour)
+            expect(_is_name(word.behaviour), f'{name}.behaviour',
+                   'a name of letters, digits and _', word.behaviour)
             expect(len(word.sha256) == 64 and not set(word.sha256) - set('0123456789abcdef'),
                    f'{name}.sha256', '64 lower-case hexadecimal digits', word.sha256)
 

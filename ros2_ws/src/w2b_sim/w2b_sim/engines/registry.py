@@ -2,7 +2,7 @@
 The engines by name: what makes a step-wise simulation of one robot, and what evaluates many.
 
 An engine's modules are imported when it is asked for, so that nobody needs the libraries of the
-others. `register` adds one.
+others. `ENGINES.add` registers one more, from a plugin (see `w2b_core.registry`).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from w2b_core.bodies.model import Body
+from w2b_core.registry import Registry
 from w2b_sim.engines.interface import Evaluator, Simulation, Start
 from w2b_sim.worlds import World
 
@@ -51,39 +52,27 @@ class Engine:
 
 
 _HERE = 'w2b_sim.engines'
-_ENGINES: dict[str, Engine] = {engine.name: engine for engine in (
-    Engine('batched', 'many robots at once in compiled code: what evolution runs in', '',
-           f'{_HERE}.evaluators:batched', 'numba', 'numba==0.68.1'),
-    Engine('pybullet', 'PyBullet, the default of the sim node and the first judge',
-           f'{_HERE}.pybullet_engine:PyBulletSimulation', f'{_HERE}.evaluators:pybullet',
-           'pybullet', 'pybullet==3.2.7'),
-    Engine('mujoco', 'MuJoCo, the second judge', f'{_HERE}.mujoco_engine:MuJoCoSimulation',
-           f'{_HERE}.evaluators:mujoco', 'mujoco', 'mujoco==3.17.0'))}
+ENGINES: Registry[Engine] = Registry('engine')
+for _engine in (
+        Engine('batched', 'many robots at once in compiled code: what evolution runs in', '',
+               f'{_HERE}.evaluators:batched', 'numba', 'numba==0.68.1'),
+        Engine('pybullet', 'PyBullet, the default of the sim node and the first judge',
+               f'{_HERE}.pybullet_engine:PyBulletSimulation', f'{_HERE}.evaluators:pybullet',
+               'pybullet', 'pybullet==3.2.7'),
+        Engine('mujoco', 'MuJoCo, the second judge', f'{_HERE}.mujoco_engine:MuJoCoSimulation',
+               f'{_HERE}.evaluators:mujoco', 'mujoco', 'mujoco==3.17.0')):
+    ENGINES.add(_engine.name, _engine)
 DEFAULT = 'pybullet'
 
 
 def names() -> tuple[str, ...]:
     """Return the names of all engines."""
-    return tuple(_ENGINES)
+    return ENGINES.names()
 
 
 def stepwise_names() -> tuple[str, ...]:
     """Return the names of the engines that move one robot step by step."""
-    return tuple(name for name, engine in _ENGINES.items() if engine.simulation)
-
-
-def get(name: str) -> Engine:
-    """Return what is registered as `name` (EngineError if nothing is)."""
-    if name not in _ENGINES:
-        raise EngineError(f'engine: expected one of {", ".join(_ENGINES)}, got {name!r}')
-    return _ENGINES[name]
-
-
-def register(engine: Engine) -> None:
-    """Add an engine (EngineError if its name is taken)."""
-    if engine.name in _ENGINES:
-        raise EngineError(f'engine {engine.name!r} is registered already')
-    _ENGINES[engine.name] = engine
+    return tuple(name for name in ENGINES if ENGINES.get(name).simulation)
 
 
 def make_simulation(name: str, body: Body, world: World, start: Start | None = None
@@ -101,7 +90,8 @@ def make_simulation(name: str, body: Body, world: World, start: Start | None = N
     """
     if name not in stepwise_names():
         raise EngineError(f'engine: expected one of {", ".join(stepwise_names())}, got {name!r}')
-    simulation: Simulation = _load(get(name), get(name).simulation)(body, world, start)
+    engine = ENGINES.get(name)
+    simulation: Simulation = _load(engine, engine.simulation)(body, world, start)
     return simulation
 
 
@@ -131,7 +121,9 @@ def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'flo
         If there is no such precision, or the engine does not model the body.
 
     """
-    engine = get(name)
+    if name not in ENGINES:
+        raise EngineError(f'engine: expected one of {", ".join(ENGINES)}, got {name!r}')
+    engine = ENGINES.get(name)
     if precision not in PRECISIONS:
         raise ValueError(f'precision: expected one of {", ".join(PRECISIONS)}, got {precision!r}')
     if threads < 1:

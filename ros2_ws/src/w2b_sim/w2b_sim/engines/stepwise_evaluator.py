@@ -17,7 +17,6 @@ from w2b_core.bodies.model import Body
 from w2b_core.network import Network
 from w2b_sim.engines import registry
 from w2b_sim.engines.interface import Evaluation, Simulation, Start
-from w2b_sim.engines.registry import Engine
 from w2b_sim.rollout import rollout
 from w2b_sim.worlds import World
 
@@ -58,7 +57,7 @@ class StepwiseEvaluator:
         self._simulation = registry.make_simulation(engine, body, world)
         self._pool = None if processes <= 1 else ProcessPoolExecutor(
             processes, get_context('spawn'), _start_worker,
-            (registry.get(engine), body, world))
+            (engine, body, world))
 
     def __enter__(self) -> Self:
         return self
@@ -96,12 +95,10 @@ class StepwiseEvaluator:
         return (_evaluate(self.body, self.world, self._simulation, task) for task in tasks)
 
 
-def _start_worker(engine: Engine, body: Body, world: World) -> None:
+def _start_worker(engine: str, body: Body, world: World) -> None:
     global _worker
     Thread(target=_die_with_parent, daemon=True).start()
-    if engine.name not in registry.names():
-        registry.register(engine)
-    _worker = body, world, registry.make_simulation(engine.name, body, world)
+    _worker = body, world, registry.make_simulation(engine, body, world)
 
 
 def _die_with_parent() -> None:
