@@ -19,19 +19,21 @@ def collect(system, kind, topic):
     return messages
 
 
-def test_a_frame_is_one_stamp_on_four_topics(system):
+def test_a_frame_is_one_stamp_on_every_topic(system):
     joints = collect(system, JointState, 'joint_states')
     contacts = collect(system, JointState, 'contacts')
+    imu = collect(system, Imu, 'imu/data')
     odometry = collect(system, Odometry, 'odom')
     clock = collect(system, Clock, '/clock')
     system.start('sim')
-    system.wait(lambda: joints and contacts and odometry and clock, 'a frame')
+    system.wait(lambda: joints and contacts and imu and odometry and clock, 'a frame')
     assert joints[0].name == JOINTS
     assert len(joints[0].position) == len(joints[0].velocity) == len(JOINTS)
     assert contacts[0].name == FEET
     assert set(contacts[0].position) <= {0.0, 1.0}
     assert (odometry[0].header.frame_id, odometry[0].child_frame_id) == ('odom', 'base_link')
-    stamps = {stamp_ns(message.header.stamp) for message in (joints[0], contacts[0], odometry[0])}
+    stamps = {stamp_ns(message.header.stamp) for message in (
+        joints[0], contacts[0], imu[0], odometry[0])}
     assert stamps == {stamp_ns(clock[0].clock)} == {50_000_000}
 
 
@@ -55,6 +57,16 @@ def test_an_engine_that_there_is_not_is_refused_in_a_line(system):
     system.wait(lambda: sim.exit_code is not None, 'the end of the sim')
     assert sim.exit_code == 1
     assert "engine: expected one of pybullet, mujoco, got 'ode'" in sim.log
+
+
+def test_the_imu_has_the_bodys_attitude(system):
+    imu = collect(system, Imu, 'imu/data')
+    system.start('sim', start_yaw=0.5)
+    system.wait(lambda: imu, 'a frame')
+    first = imu[0]
+    assert first.header.frame_id == 'imu_link'
+    heading = 2.0 * math.atan2(first.orientation.z, first.orientation.w)
+    assert heading == pytest.approx(0.5, abs=1e-3)
 
 
 def test_without_an_answer_the_same_frame_is_sent_again(system):

@@ -170,7 +170,7 @@ def load_result(directory: Path | str) -> RunResult:
     try:
         return RunResult(
             RunConfig.from_json(summary['config']),
-            controller_file.load(path / rundir.CHAMPION).network, summary['fitness'],
+            controller_file.load(path / rundir.CHAMPION).serial, summary['fitness'],
             tuple(WordOutcome.from_json(value) for value in summary['outcomes']), history,
             summary['evaluations'], summary['seconds'])
     except controller_file.ControllerFileError as error:

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core import network as neural
-from w2b_core import periphery
+from w2b_core import senses
 from w2b_core.body_status import BodyStatus
-from w2b_core.command import Answer, Ear
+from w2b_core.command import Answer, Listener
 from w2b_core.controller.file import Controller
 from w2b_core.frame_stream import FrameStream, Verdict
+from w2b_core.mind import mind_of
 from w2b_core.sensor_frames import FrameAssembler, FrameError, OtherBodyError, SensorFrame
 from w2b_core.status import Level, Status
 from w2b_core.vocabulary import Vocabulary
@@ -76,7 +76,7 @@ class Brain:
     def __init__(self, controller: Controller, vocabulary: Vocabulary, *, frame_timeout_s: float,
                  clock: Callable[[], float], command_timeout_s: float = 0.0) -> None:
         self.controller = controller
-        self._ear = Ear(controller, vocabulary)
+        self._ear = Listener(controller, vocabulary)
         self._clock = clock
         self._frame_timeout_s = frame_timeout_s
         self._command_timeout_s = command_timeout_s
@@ -88,20 +88,25 @@ class Brain:
         self._stopped: Answer | None = None
         self._answer: Answer | None = None
         self._joints = tuple(motor.joint for motor in controller.motors)
-        links = tuple(source for kind, source in map(periphery.split, controller.sensors)
+        links = tuple(source for kind, source in map(senses.split, controller.sensors)
                       if kind == 'touch')
-        self._assembler = FrameAssembler(self._joints, links)
+        self._assembler = FrameAssembler(self._joints, links, imu=self.uses_imu)
         self._stream = FrameStream(controller.period_s, frame_timeout_s, clock)
         self._counts: Counter[str] = Counter()
         self._problem: Problem | None = None
         self._doing = 'standing: no command yet'
-        self._state: neural.State | None = None
+        self._mind = mind_of(controller)
         self._last: Targets | None = None
 
     @property
     def uses_contacts(self) -> bool:
         """Whether the network has touch sensors, so that frames include `contacts`."""
-        return any(sensor.startswith('touch:') for sensor in self.controller.sensors)
+        return 'contacts' in self.controller.topics
+
+    @property
+    def uses_imu(self) -> bool:
+        """Whether the network senses heading, turn or tilt, so that frames include `imu/data`."""
+        return 'imu/data' in self.controller.topics
 
     def hear(self, text: str, body_there: bool = True) -> Answer:
         """
@@ -109,9 +114,9 @@ class Brain:
 
         `body_there` is whether a body is known to be there though it has not said how it is.
         """
-        answer, signal = self._ear.hear(text)
-        if signal is not None:
-            self._state = neural.prime(self.controller.network, signal)
+        answer, heard = self._ear.hear(text)
+        if heard is not None:
+            self._mind.hear(heard)
             self._doing = f'following {answer.values["words"]!r}'
             self._word_epoch = '' if self._body is None else self._body.epoch
             self._word_before_body = not body_there and self._stream.last_stamp_ns is None
@@ -122,7 +127,7 @@ class Brain:
     def body(self, status: BodyStatus) -> None:
         """Take what the body says of itself: a new epoch ends the word said before it."""
         before, self._body = self._body, status
-        if self._state is None or status.epoch == self._word_epoch:
+        if not self._mind.follows or status.epoch == self._word_epoch:
             return
         if before is None and not status.needs_arming and not self._word_before_body:
             # The body was there when the word was said, and only now says how it is.
@@ -146,9 +151,9 @@ class Brain:
 
     def stand(self, reason: str) -> None:
         """Forget the command; the robot stands until the next one."""
-        if self._state is not None and self._answer is not None:
+        if self._mind.follows and self._answer is not None:
             self._stopped = replace(self._answer, level=Level.WARN, message=f'standing: {reason}')
-        self._state = None
+        self._mind.forget()
         self._doing = f'standing: {reason}'
 
     def joint_states(self, stamp_ns: int, names: Sequence[str],
@@ -160,6 +165,12 @@ class Brain:
                  touching: Sequence[float]) -> Targets | None:
         """Take a `contacts` message; return the targets if it completes a frame."""
         return self._take(lambda: self._assembler.contacts(stamp_ns, names, touching))
+
+    def imu(self, stamp_ns: int, orientation_xyzw: Sequence[float] | None,
+            angular_velocity_rad_s: Sequence[float]) -> Targets | None:
+        """Take an `imu/data` message; return the targets if it completes a frame."""
+        return self._take(lambda: self._assembler.imu(
+            stamp_ns, orientation_xyzw, angular_velocity_rad_s))
 
     def _take(self, part: Callable[[], SensorFrame | None]) -> Targets | None:
         try:
@@ -186,7 +197,7 @@ class Brain:
         if verdict is Verdict.RESTARTED:
             self._counts['restarts'] += 1
             self.stand('the sensor frames started over')
-        elif last_ns is not None and self._state is not None:
+        elif last_ns is not None and self._mind.follows:
             self._end_word(frame.stamp_ns - last_ns)
         self._counts['answered'] += 1
         self._forget_problem()
@@ -205,19 +216,10 @@ class Brain:
 
     def _think(self, frame: SensorFrame) -> Targets:
         """Answer with the motors as they are, then let the network hear the sensors."""
-        count = self.controller.network.motor_count
-        state = self._state
-        word_epoch = None if state is None else self._word_epoch
-        motors = np.zeros(count) if state is None else state.motors
-        if state is not None:
-            sensors = periphery.read(
-                self.controller.sensors, frame.touching, frame.position_rad,
-                dict(zip(self._joints, map(float, motors), strict=True)))
-            self._state = neural.step(self.controller.network, state, sensors)
-        else:
-            hidden = np.zeros(self.controller.network.hidden_count)
-            state = neural.State(hidden, hidden, motors, False)
-        return Targets(frame.stamp_ns, self._joints, self.controller.targets_rad(state),
+        word_epoch = self._word_epoch if self._mind.follows else None
+        motors = self._mind.motors
+        self._mind.feel(frame.readings)
+        return Targets(frame.stamp_ns, self._joints, self.controller.targets_rad(motors),
                        self.controller.period_s, word_epoch)
 
     def _ignore(self, kind: str, level: Level, reason: str) -> None:

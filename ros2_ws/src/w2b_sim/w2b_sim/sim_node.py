@@ -49,6 +49,8 @@ LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
 
 #: Of a simulated IMU; 0 would mean that it is not known (REP-145).
 EXACT_VARIANCE = 1e-12
+#: At the base's origin, with its axes.
+IMU_FRAME = 'imu_link'
 
 #: What a seeded start may differ by from the nominal one.
 SPREAD_HEIGHT_M = 0.002
@@ -75,7 +77,6 @@ PARAMETERS = (
     Parameter('start_roll', 0.0, 'Radians to tilt it about x.', (-math.pi, math.pi)),
     Parameter('start_pitch', 0.0, 'Radians to tilt it about y.', (-math.pi, math.pi)),
     Parameter('start_yaw', 0.0, 'Radians to turn it about z.', (-math.pi, math.pi)),
-    Parameter('imu_frame_id', 'imu_link', 'Frame of the IMU messages.', fixed=True),
     Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.', fixed=True),
 )
 
@@ -216,7 +217,7 @@ class SimNode(Node):
         frame = self._robot.frame
         message = Imu()
         message.header.stamp = to_stamp(self._robot.stamp_ns)
-        message.header.frame_id = str(self.get_parameter('imu_frame_id').value)
+        message.header.frame_id = IMU_FRAME
         message.orientation = _quaternion(frame.orientation_xyzw)
         message.angular_velocity = Vector3(**_xyz(frame.imu.angular_velocity_rad_s))
         message.linear_acceleration = Vector3(**_xyz(frame.imu.specific_force_m_s2))
@@ -258,8 +259,7 @@ class SimNode(Node):
 
 
 def _quaternion(orientation_xyzw: np.ndarray) -> Quaternion:
-    x, y, z, w = map(float, orientation_xyzw)
-    return Quaternion(x=x, y=y, z=z, w=w)
+    return Quaternion(**dict(zip('xyzw', map(float, orientation_xyzw), strict=True)))
 
 
 def _xyz(vector: np.ndarray) -> dict[str, float]:
