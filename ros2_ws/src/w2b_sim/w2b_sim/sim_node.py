@@ -23,8 +23,9 @@ from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from w2b_core import bodies
+from w2b_core import bodies, trajectory
 from w2b_core.status import Level, Status
+from w2b_core.trajectory import TrajectoryError
 from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.managed_node import Parameter, declare
@@ -33,7 +34,6 @@ from w2b_ros.ros_messages import (
     STEADY,
     TARGETS,
     other_publisher,
-    stamp_ns,
     to_stamp,
 )
 from w2b_ros.ros_process import StartError
@@ -156,7 +156,13 @@ class SimNode(Node):
         return Start(height, roll, pitch, yaw)
 
     def _on_targets(self, message: JointTrajectory) -> None:
-        taken = self._robot.take(stamp_ns(message.header.stamp), message.joint_names,
+        try:
+            answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
+            trajectory.check(message.joint_names, message.points, self._period_s)
+        except TrajectoryError as error:
+            self._robot.refuse(str(error))
+            return
+        taken = self._robot.take(answered_ns, message.joint_names,
                                  [point.positions for point in message.points])
         if taken and not self._robot.paced:
             self._move_if_may()
