@@ -43,7 +43,7 @@ class Conditions:
     no_imu
         The attitude is not known at all.
     hard
-        All of these together, drawn for each start.
+        All of these together: what is not given is drawn for each start.
     seed
         Of all that is drawn.
 
@@ -76,8 +76,6 @@ class Conditions:
                 raise ValueError(f'--{name}: expected {low:g} to {high:g}, got {value}')
         if self.no_imu and (self.imu_noise or self.gyro_bias_rad_s):
             raise ValueError('--no-imu: expected no --imu-noise and no --gyro-bias beside it')
-        if self.hard and self != Conditions(hard=True, no_imu=self.no_imu, seed=self.seed):
-            raise ValueError('--hard sets all other disturbances: expected none of them beside it')
 
     @property
     def simulated_imu(self) -> bool:
@@ -107,12 +105,13 @@ def _trial(body: Body, world: World, given: Conditions, rng: np.random.Generator
     start = slightly_different(rng, 1)[0]
     directions = rng.uniform(-1.0, 1.0, len(body.joints))
     signs = rng.choice((-1.0, 1.0), 3)
+    drawn = [float(rng.choice(choices)) for choices in (HARD_FRICTION, HARD_MASS, HARD_SERVO)]
     friction, mass, servo = given.friction, given.mass, given.servo
+    zeros_rad, bias = given.zeros_rad, given.gyro_bias_rad_s
     if given.hard:
-        friction, mass, servo = (float(rng.choice(choices)) for choices in (
-            HARD_FRICTION, HARD_MASS, HARD_SERVO))
-    zeros_rad = HARD_ZEROS_RAD if given.hard else given.zeros_rad
-    bias = HARD_BIAS_RAD_S if given.hard else given.gyro_bias_rad_s
+        friction = drawn[0] if friction is None else friction
+        mass, servo = mass if mass != 1.0 else drawn[1], servo if servo != 1.0 else drawn[2]
+        zeros_rad, bias = zeros_rad or HARD_ZEROS_RAD, bias or HARD_BIAS_RAD_S
     x, y, z = (float(sign * bias) for sign in signs)
     return Trial(start, changed(body, mass, servo),
                  world if friction is None else replace(world, friction=friction),
