@@ -170,7 +170,7 @@ class BrainNode(ManagedNode):
         if self._check_rival():
             answer = self._brain.refuse(message.data, RIVAL)
         else:
-            answer = self._brain.hear(message.data, self._body_there())
+            answer = self._brain.hear(message.data)
         self._publish_answer(answer)
         line = f'heard {answer.heard!r}: {answer.message}'
         # rclpy allows one severity a line of code.
@@ -178,9 +178,6 @@ class BrainNode(ManagedNode):
             self.get_logger().info(line)
         else:
             self.get_logger().warning(line)
-
-    def _body_there(self) -> bool:
-        return bool(self.count_publishers(self._topic('body_status')))
 
     def _on_body_status(self, message: DiagnosticStatus) -> None:
         if self._brain is None:

@@ -158,7 +158,9 @@ class SerialListener(Listener):
                 f'{controller.vector_length}, as the controller was evolved with, '
                 f'got {vocabulary.dimensions}')
         super().__init__(vocabulary)
-        self._trained = tuple(word.word for word in controller.words)
+        # As the vocabulary spells them, which is how commands are compared with them.
+        self._trained = tuple(vocabulary.known(word.word) if word.word in vocabulary
+                              else word.word for word in controller.words)
         changed = controller.changed_words(vocabulary)
         self.warning = (f'vectors of {", ".join(changed)} are not those of the training: the '
                         'behaviour may differ') if changed else ''
