@@ -51,6 +51,8 @@ class Ear:
         Of the metric that the judge stands behind.
     vocabulary, vectors_sha256
         Where the vectors came from, and a hash of those of `words`.
+    vector_length
+        Of the vectors, D.
     priority
         The behaviours, the one first that wins in a clause.
     unclaimed
@@ -67,10 +69,24 @@ class Ear:
     metric_sha256: str
     vocabulary: str
     vectors_sha256: str
+    vector_length: int
     priority: tuple[str, ...]
     unclaimed: tuple[str, ...] = ()
     how: Mapping[str, Any] = field(default_factory=dict)
-    _bound: dict[int, Listener] = field(default_factory=dict, repr=False)
+    _bound: dict[int, Listener] = field(default_factory=dict, init=False, repr=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the ear as JSON values, for a controller file."""
+        from w2b_core.hearing import ear_json
+
+        return ear_json.to_json(self)
+
+    @classmethod
+    def from_json(cls, value: object) -> Ear:
+        """Return the ear that `to_json` returned; ControllerFileError names what is damaged."""
+        from w2b_core.hearing import ear_json
+
+        return ear_json.from_json(value)
 
     def understand(self, text: str | Sequence[str], vocabulary: Vocabulary
                    ) -> Understood | Refused:
@@ -97,8 +113,12 @@ class Ear:
     def bind(self, vocabulary: Vocabulary) -> Listener:
         """Return the ear with its vocabulary, checked; made once (EarError as `understand`)."""
         listener = self._bound.get(id(vocabulary))
+        if vocabulary.dimensions != self.vector_length:
+            raise EarError(f'vocabulary {vocabulary.source}: expected vectors of '
+                           f'{self.vector_length} elements, got {vocabulary.dimensions}; train '
+                           'the ear on it with `python -m training ear --vocabulary NAME`')
         if listener is None or listener.vocabulary is not vocabulary:
-            listener = Listener(self, vocabulary, metrics.load(self.metric_sha256))
+            listener = Listener(self, vocabulary, metrics.load(self.metric_sha256, vocabulary))
             self._bound.clear()
             self._bound[id(vocabulary)] = listener
         return listener
@@ -107,8 +127,7 @@ class Ear:
 def vectors_sha256(words: Sequence[str], vocabulary: Vocabulary) -> str:
     """Return a hash of words' vectors, as float32 in alphabetical order of the words."""
     digest = hashlib.sha256()
-    for word in sorted(words):
-        digest.update(vocabulary.vector(word).astype(np.float32).tobytes())
+    digest.update(vocabulary.matrix(sorted(words)).astype('<f4').tobytes())
     return digest.hexdigest()
 
 
@@ -126,12 +145,11 @@ class Listener:
     def __init__(self, ear: Ear, vocabulary: Vocabulary, metric: Metric) -> None:
         self.ear, self.vocabulary, self.metric = ear, vocabulary, metric
         again = 'train the ear on it with `python -m training ear --vocabulary NAME`'
-        missing = [word for word in ear.words if word not in vocabulary]
-        if missing:
+        missing = next((word for word in ear.words if word not in vocabulary), None)
+        if missing is not None:
             raise EarError(f'vocabulary {vocabulary.source}: expected the words of the ear, which '
-                           f'was trained on {ear.vocabulary}, got none of {missing[0]!r}; {again}')
-        if vocabulary.dimensions != metric.dimensions \
-                or vectors_sha256(list(ear.words), vocabulary) != ear.vectors_sha256:
+                           f'was trained on {ear.vocabulary}, got none called {missing!r}; {again}')
+        if vectors_sha256(list(ear.words), vocabulary) != ear.vectors_sha256:
             raise EarError(f'vocabulary {vocabulary.source}: expected the vectors of '
                            f'{ear.vocabulary}, which the ear was trained on, got others; {again}')
         self._names = tuple(ear.words)
@@ -139,7 +157,7 @@ class Listener:
 
     def points(self, words: Sequence[str]) -> Array:
         """Return words of the vocabulary behind the metric, shape (n, E)."""
-        return self.metric.project(np.array([self.vocabulary.vector(word) for word in words]))
+        return self.metric.project(self.vocabulary.matrix(words))
 
     def understand(self, text: str) -> Understood | Refused:
         """Return what a command asks for, or why it is refused."""
@@ -167,7 +185,7 @@ class Listener:
 
     def judge_word(self, word: str) -> WordHeard:
         """Return what one word asks for by itself, by heart or by its vector."""
-        known = self._spelling(word)
+        known = self.vocabulary.find(word)
         if known is None:
             return WordHeard(word, Role.UNKNOWN)
         point = self.points([known])[0]
@@ -181,12 +199,6 @@ class Listener:
         best = int(probabilities.argmax())
         return WordHeard(known, Role.COMMAND, self.ear.judge.classes[best],
                          float(probabilities[best]), familiarity, nearest)
-
-    def _spelling(self, word: str) -> str | None:
-        try:
-            return self.vocabulary.known(word)
-        except VocabularyError:
-            return None
 
     def _nearest(self, word: str, point: Array) -> tuple[Near, ...]:
         """Return the nearest known words but `word` itself, with their cosines."""
@@ -207,11 +219,9 @@ class Listener:
         elif any(word.role is Role.NEGATED for word in found.words):
             reason = 'a negated stop changes nothing'
         elif unknown:
-            try:
-                self.vocabulary.known(unknown[0].text)
-                reason = f'unknown word {unknown[0].text!r}'
-            except (UnknownWordError, VocabularyError) as error:
-                reason = str(error)
+            word = unknown[0].text
+            reason = str(UnknownWordError(word, self.vocabulary.suggestions(word),
+                                          self.vocabulary.source))
         elif closest is not None:
             near, cosine = nearest[0]
             reason = (f'{closest.text!r} is no command: expected one that asks for {asks}; '

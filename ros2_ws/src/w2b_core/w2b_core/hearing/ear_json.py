@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from w2b_core.controller.fields import Fields, Text, expect
 from w2b_core.hearing.ear import Ear
+from w2b_core.hearing.english import STOP
 from w2b_core.hearing.judge import Judge
 from w2b_core.hearing.softmax import Softmax
 
@@ -27,7 +28,8 @@ def to_json(ear: Ear) -> dict[str, Any]:
     return {
         'format': FORMAT, 'version': VERSION, 'behaviours': list(ear.behaviours),
         'priority': list(ear.priority), 'vocabulary': ear.vocabulary,
-        'vectors_sha256': ear.vectors_sha256, 'metric_sha256': ear.metric_sha256,
+        'vector_length': ear.vector_length, 'vectors_sha256': ear.vectors_sha256,
+        'metric_sha256': ear.metric_sha256,
         'words': [{'behaviour': name, 'words': found} for name, found in words.items()],
         'near': list(ear.near), 'unclaimed': list(ear.unclaimed), 'classes': list(judge.classes),
         'sharpness': judge.sharpness, 'threshold': judge.threshold,
@@ -35,9 +37,9 @@ def to_json(ear: Ear) -> dict[str, Any]:
         'means': judge.means.tolist(), 'how': dict(ear.how)}
 
 
-def from_json(fields: Fields) -> Ear:
+def from_json(value: object) -> Ear:
     """
-    Return the ear that JSON fields describe.
+    Return the ear that a JSON object describes.
 
     Raises
     ------
@@ -45,14 +47,18 @@ def from_json(fields: Fields) -> Ear:
         If a field is missing, unknown or damaged; the message names it.
 
     """
+    fields = Fields(value, 'ear')
     kind, version = fields.text('format'), fields.integer('version')
     expect((kind, version) == (FORMAT, VERSION), fields.name('format'),
            f'{FORMAT!r} version {VERSION}', Text(f'{kind[:40]!r} version {version}'))
     behaviours = _names(fields, 'behaviours')
+    expect(STOP in behaviours, fields.name('behaviours'), f'{STOP!r} among them', list(behaviours))
     priority = fields.texts('priority')
     expect(sorted(priority) == sorted(behaviours), fields.name('priority'),
            'all behaviours in another order', list(priority))
     vocabulary = fields.text('vocabulary')
+    length = fields.integer('vector_length')
+    expect(length > 0, fields.name('vector_length'), 'a number above 0', length)
     vectors_sha256, metric_sha256 = _sha256(fields, 'vectors_sha256'), _sha256(
         fields, 'metric_sha256')
     words: dict[str, str] = {}
@@ -70,7 +76,7 @@ def from_json(fields: Fields) -> Ear:
     how = fields.free('how')
     fields.finish()
     return Ear(behaviours, words, near, judge, metric_sha256, vocabulary, vectors_sha256,
-               priority, unclaimed, how)
+               length, priority, unclaimed, how)
 
 
 def _judge(fields: Fields, behaviours: tuple[str, ...]) -> Judge:

@@ -65,16 +65,21 @@ class Lesson:
 
 def with_inflections(lesson: Lesson, vocabulary: Vocabulary) -> Lesson:
     """Return the lesson with all inflections of its words that the vocabulary has."""
-    taken = {*lesson.words, *lesson.near, *lesson.unclaimed}
+    taken, known = {*lesson.words, *lesson.near, *lesson.unclaimed}, spelt(vocabulary)
     words, families = dict(lesson.words), dict(lesson.families)
     for word, behaviour in lesson.words.items():
         if behaviour in english.SIDES:
             continue
-        for form in inflections(word, vocabulary.__contains__):
+        for form in inflections(word, known.__contains__):
             if form not in taken:
                 words.setdefault(form, behaviour)
                 families.setdefault(form, lesson.families.get(word, word))
     return replace(lesson, words=words, families=families)
+
+
+def spelt(vocabulary: Vocabulary) -> frozenset[str]:
+    """Return the words of a vocabulary, of a huge one the most frequent, as it spells them."""
+    return frozenset(vocabulary.words[:SEARCHED_WORDS])
 
 
 def background(vocabulary: Vocabulary, without: Collection[str]
@@ -109,6 +114,9 @@ def train(lesson: Lesson, vocabulary: Vocabulary, metric: Metric, *,
         if behaviour not in lesson.behaviours:
             raise EarError(f'word {word!r}: expected one of {", ".join(lesson.behaviours)}, got '
                            f'{behaviour!r}')
+    if english.STOP not in lesson.behaviours:
+        raise EarError(f'behaviours: expected {english.STOP!r} among them, got '
+                       f'{", ".join(lesson.behaviours)}')
     missing = [word for word in (*lesson.words, *lesson.near) if word not in vocabulary]
     if missing:
         raise EarError(f'words: expected words of the vocabulary {vocabulary.source}, got '
@@ -117,8 +125,8 @@ def train(lesson: Lesson, vocabulary: Vocabulary, metric: Metric, *,
     priority = tuple(sorted(lesson.behaviours, key=lambda name: (
         PRIORITY.index(name) if name in PRIORITY else len(PRIORITY))))
     return Ear(lesson.behaviours, dict(lesson.words), lesson.near, learned, metric.sha256,
-               vocabulary.source, vectors_sha256(list(lesson.words), vocabulary), priority,
-               lesson.unclaimed, dict(how or {}))
+               vocabulary.source, vectors_sha256(list(lesson.words), vocabulary),
+               vocabulary.dimensions, priority, lesson.unclaimed, dict(how or {}))
 
 
 def fit(lesson: Lesson, vocabulary: Vocabulary, metric: Metric, *, sharpness: float,
@@ -127,7 +135,8 @@ def fit(lesson: Lesson, vocabulary: Vocabulary, metric: Metric, *, sharpness: fl
     classes = lesson.classes
     names = [word for word, behaviour in lesson.words.items() if behaviour in classes]
     labels = np.array([classes.index(lesson.words[word]) for word in names])
-    related = {form for word in names for form in inflections(word, vocabulary.__contains__)}
+    known = spelt(vocabulary)
+    related = {form for word in names for form in inflections(word, known.__contains__)}
     sample, kept_out = background(
         vocabulary, {*lesson.words, *related, *lesson.near, *lesson.unclaimed})
     learned = judge.learn(project(names, vocabulary, metric), labels, classes,
@@ -156,8 +165,7 @@ def calibrate(lesson: Lesson, vocabulary: Vocabulary, metric: Metric) -> float:
 
 def project(words: Sequence[str], vocabulary: Vocabulary, metric: Metric) -> Array:
     """Return words behind a metric, shape (n, E)."""
-    vectors = [vocabulary.vector(word) for word in words]
-    return metric.project(np.reshape(vectors, (len(vectors), metric.dimensions)))
+    return metric.project(vocabulary.matrix(words))
 
 
 def rounded(learned: Judge) -> Judge:

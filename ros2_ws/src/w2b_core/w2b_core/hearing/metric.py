@@ -1,32 +1,22 @@
 """
 A learned metric over word vectors: where synonyms lie near each other and opposites apart.
 
-`training/grounding` builds it in closed form; here it is read and applied. It belongs to vectors,
-not to a controller: an ear names the metric that it was trained behind by its hash.
-
-A metric is a folder: `metric.npy`, float32 of shape (1 + D, E), whose first row is the mean of the
-vocabulary's unit vectors (zeros beyond D) and whose others are the projection; and `about.json`.
+`training/grounding` builds it in closed form; here it is applied. It belongs to vectors, not to a
+controller: it is kept with the vocabulary, and an ear names it by its hash.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import resources
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from w2b_core.hearing.errors import EarError
-from w2b_core.vocabulary import store
+from w2b_core.vocabulary import Vocabulary, VocabularyError, metrics
 
 Array = NDArray[np.float64]
 
-FOLDER = 'metrics'
 #: A vector shorter than this has no direction.
 LEAST_NORM = 1e-12
 
@@ -49,7 +39,7 @@ class Metric:
     matrix: Array
 
     def __post_init__(self) -> None:
-        """Round to float32, which is what is stored, and check the shapes (EarError if not)."""
+        """Round to the stored float32 and check the shapes (EarError if not)."""
         for name in ('mean', 'matrix'):
             value = np.asarray(getattr(self, name), dtype=np.float32).astype(np.float64)
             object.__setattr__(self, name, value)
@@ -58,7 +48,6 @@ class Metric:
                            f'{self.mean.shape} and {self.matrix.shape}')
         if not (np.isfinite(self.mean).all() and np.isfinite(self.matrix).all()):
             raise EarError('metric: expected finite numbers, got NaN or infinity')
-        object.__setattr__(self, '_sha256', hashlib.sha256(self.table().tobytes()).hexdigest())
 
     @property
     def dimensions(self) -> int:
@@ -68,15 +57,11 @@ class Metric:
     @property
     def sha256(self) -> str:
         """Hash of its numbers."""
-        return str(self._sha256)  # type: ignore[attr-defined]
+        return metrics.sha256(self.arrays())
 
-    def table(self) -> NDArray[np.float32]:
-        """Return what is stored: the mean over the matrix, shape (1 + D, E)."""
-        rows, columns = self.matrix.shape
-        table = np.zeros((1 + rows, max(columns, rows)), np.float32)
-        table[0, :rows] = self.mean
-        table[1:, :columns] = self.matrix
-        return table
+    def arrays(self) -> metrics.Metric:
+        """Return what is stored: see `w2b_core.vocabulary.metrics`."""
+        return {'mean': self.mean.astype(np.float32), 'matrix': self.matrix.astype(np.float32)}
 
     def project(self, vectors: ArrayLike) -> Array:
         """
@@ -106,69 +91,21 @@ def unit(vectors: Array) -> Array:
     return scaled
 
 
-def load(sha256: str) -> Metric:
+def load(sha256: str, vocabulary: Vocabulary) -> Metric:
     """
-    Return the metric with this hash: of those that ship, then of the installed ones.
+    Return the metric with this hash: one that ships, or that was trained here.
 
     Raises
     ------
     EarError
-        If there is none, or it is damaged.
+        If there is none, it is damaged, or it is for vectors of another length.
 
     """
-    for folder in folders():
-        if about(folder).get('sha256') == sha256:
-            return read(folder)
-    raise EarError(f'metric {sha256[:12]}: expected one that ships or is installed, got none with '
-                   'this hash; train the ear again with `python -m training ear`')
-
-
-def folders() -> Iterator[Path]:
-    """Yield the folders of all metrics: those that ship, then the installed ones."""
-    shipped = Path(str(resources.files('w2b_core') / 'vocabularies' / FOLDER))
-    for home in (shipped, store.data_folder().parent / FOLDER):
-        if home.is_dir():
-            yield from (path for path in sorted(home.iterdir()) if (path / 'about.json').is_file())
-
-
-def about(folder: Path) -> dict[str, Any]:
-    """Return what `about.json` says of a metric; EarError if it is damaged."""
-    path = folder / 'about.json'
     try:
-        value = json.loads(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError, RecursionError) as error:
-        raise EarError(f'{path}: expected the description of a metric, got '
-                       f'{str(error).splitlines()[0][:100]}') from None
-    if not isinstance(value, dict):
-        raise EarError(f'{path}: expected a JSON object, got {type(value).__name__}')
-    return value
-
-
-def read(folder: Path) -> Metric:
-    """
-    Return the metric in a folder.
-
-    Raises
-    ------
-    EarError
-        If it is missing or damaged, or its hash is another than `about.json` says.
-
-    """
-    path = folder / 'metric.npy'
-    try:
-        table = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
-        raise EarError(f'{path}: expected a metric, got '
-                       f'{str(error).splitlines()[0][:100]}') from None
-    if not isinstance(table, np.ndarray) or table.ndim != 2 or len(table) < 2 \
-            or table.dtype != np.float32 or table.shape[1] < len(table) - 1:
-        raise EarError(f'{path}: expected float32 of shape (1 + D, E), got another array')
-    described = about(folder)
-    columns = described.get('dimensions')
-    if not isinstance(columns, int) or not 0 < columns <= table.shape[1]:
-        raise EarError(f'{folder}: expected `dimensions` in about.json, got {columns!r:.40}')
-    metric = Metric(table[0, :len(table) - 1], table[1:, :columns])
-    if metric.sha256 != described.get('sha256'):
-        raise EarError(f'{path}: expected SHA-256 {str(described.get("sha256"))[:12]}, got '
-                       f'{metric.sha256[:12]}; install it again')
-    return metric
+        arrays = vocabulary.metric(sha256)
+    except VocabularyError as error:
+        raise EarError(str(error)) from None
+    if set(arrays) != {'mean', 'matrix'}:
+        raise EarError(f'metric {sha256[:12]}: expected a mean and a matrix, got '
+                       f'{", ".join(sorted(arrays))}; train the ear again')
+    return Metric(arrays['mean'].astype(np.float64), arrays['matrix'].astype(np.float64))

@@ -21,7 +21,8 @@ from w2b_core.vocabulary.text import tokens
 JudgeWord = Callable[[str], WordHeard]
 
 _APOSTROPHES = re.compile(r"['’‘´`]")
-_BREAKS = re.compile(r'[.,;:!?\n]+(?=\s|$)')
+_BREAKS = re.compile(r'[,;:!?\n]+|\.+(?!\d)')
+_HYPHENS = re.compile(r'[-‐‑_]')
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Asked:
 
 def clauses(text: str) -> tuple[Clause, ...]:
     """
-    Return the clauses of a text, in lower case and without apostrophes.
+    Return the clauses of a text, in lower case, without apostrophes and hyphens.
 
     Raises
     ------
@@ -67,7 +68,7 @@ def clauses(text: str) -> tuple[Clause, ...]:
 
     """
     tokens(text)
-    parts = _BREAKS.split(unicodedata.normalize('NFKC', text))
+    parts = _BREAKS.split(_HYPHENS.sub(' ', unicodedata.normalize('NFKC', text)))
     found: list[Clause] = []
     for part in parts:
         words: list[str] = []
@@ -160,7 +161,8 @@ def _entry(words: Sequence[str], judge: JudgeWord, alone: bool, priority: Sequen
         behaviour = english.PAIRS.get((first, words[second]), '')
         if behaviour in priority:
             text = ' '.join(words[:second + 1])
-            return WordHeard(text, Role.COMMAND, behaviour, 1.0), second + 1
+            return WordHeard(text, Role.COMMAND, behaviour, 1.0,
+                             nearest=((text, 1.0),)), second + 1
     if first in english.TURNS or (first in english.SIDES and not alone):
         return WordHeard(first, Role.DIRECTION), 1
     if first in english.FUNCTION_WORDS or first.isdigit():

@@ -68,7 +68,7 @@ def teach(ear: Ear, vocabulary: Vocabulary, word: str, behaviour: str) -> Taught
     _check(known, behaviour)
     metric = ear.bind(vocabulary).metric
     added = [known] if behaviour in english.SIDES else [
-        form for form in inflections(known, vocabulary.__contains__)
+        form for form in inflections(known, learning.spelt(vocabulary).__contains__)
         if form == known or form not in ear.words]
     words = {**ear.words, **dict.fromkeys(added, behaviour)}
     near = tuple(other for other in ear.near if other not in added)
@@ -81,7 +81,7 @@ def teach(ear: Ear, vocabulary: Vocabulary, word: str, behaviour: str) -> Taught
     how = {**ear.how, 'taught': [*ear.how.get('taught', []),
                                  {'word': known, 'behaviour': behaviour}]}
     taught = replace(ear, words=words, near=near, unclaimed=unclaimed, judge=judge, how=how,
-                     vectors_sha256=vectors_sha256(list(words), vocabulary), _bound={})
+                     vectors_sha256=vectors_sha256(list(words), vocabulary))
     return Taught(taught, tuple(added), tuple(_changes(ear, taught, vocabulary, metric, added)))
 
 
