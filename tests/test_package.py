@@ -103,7 +103,7 @@ def test_versions_are_one(package):
 
 def test_requirements_and_extras_pin_the_same():
     extras = (ROOT / 'pyproject.toml').read_text()
-    for name in ('controller', 'sim', 'hw'):
+    for name in ('controller', 'sim', 'mujoco', 'hw'):
         for line in (ROOT / 'requirements' / f'{name}.txt').read_text().splitlines():
             if '==' in line:
                 assert f"'{line.strip()}'" in extras, f'{name}.txt pins {line}'

@@ -192,6 +192,15 @@ def status() -> int:
     return REFUSED if any(part.level[0] for part in found.values()) else DONE
 
 
+def _topic(node: Node, text: str) -> str:
+    from rclpy.impl.implementation_singleton import rclpy_implementation
+    try:
+        return node.resolve_topic_name(text)
+    except rclpy_implementation.RCLError as error:
+        reason = str(error).split(', at ')[0]
+        raise NobodyError(f'expected the name of a topic, got {text!r} ({reason})') from None
+
+
 def plain(value: Any) -> Any:
     """Return a message, or a field of one, as what YAML can hold."""
     fields = getattr(value, 'get_fields_and_field_types', None)
@@ -223,7 +232,7 @@ def echo() -> int:
 
     try:
         with _asking(options) as asking:
-            name = asking.node.resolve_topic_name(options.topic)
+            name = _topic(asking.node, options.topic)
             asking.until(lambda: asking.node.get_publishers_info_by_topic(name),
                          f'nobody publishes on {name}')
             publisher = asking.node.get_publishers_info_by_topic(name)[0]
