@@ -18,8 +18,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from w2b_core import bodies
 from w2b_core.courses import DEFAULT_BEHAVIOURS, course_of
 from w2b_core.network.sharing import Sharing
-from w2b_core.network.symmetry import MIRRORS, Mirror, find_mirror, find_mirrors
-from w2b_core.senses import split
+from w2b_core.network.symmetry import MIRRORS, Mirror, find_mirror, find_mirrors, limbs_of
+from w2b_core.senses import SENSES, split
 from w2b_sim.worlds import WORLDS
 
 Count = Annotated[int, Field(ge=1, le=100_000)]
@@ -158,6 +158,10 @@ class Term(Strict):
 
 
 Terms = dict[str, Term]
+#: What a term may name, see `scores.Scores.figures`.
+FIGURES = ('rhythm_hz', 'fastest_joint_hz', 'at_speed_limit', 'torque_share', 'tilt', 'lowered',
+           'heading_error_rad', 'across_share', 'wobble_rad', 'displacement_m', 'turn_excess',
+           'drift_m', 'joint_speed_rad_s', 'height_change', 'height_share')
 #: Of every behaviour that moves.
 _SERVOS: Terms = {
     'rhythm_hz': Term(free=1.6, full=3.6, weight=0.4),
@@ -197,6 +201,14 @@ class Aims(Strict):
                   'torque_share': Term(full=0.25, weight=1.0)}
     worst_weight: Share = 0.4
     fallen_up: float = 0.7
+
+    @field_validator('walk', 'turn', 'stand', 'sit')
+    @classmethod
+    def _known_figures(cls, terms: Terms) -> Terms:
+        for name in terms:
+            if name not in FIGURES:
+                raise ValueError(f'expected terms among {", ".join(FIGURES)}, got {name!r}')
+        return terms
 
 
 class Stage(Strict):
@@ -284,8 +296,36 @@ class Recipe(Strict):
                                  f'got {behaviour!r}')
         if not any(course_of(behaviour).along for behaviour in self.behaviours):
             raise ValueError('behaviours: expected one that walks')
+        self._check_sources()
         self.sharing()
+        self._check_entries()
         return self
+
+    def _check_sources(self) -> None:
+        body = bodies.get(self.body)
+        known = {'link': [link.name for link in body.links],
+                 'joint': [joint.name for joint in body.joints]}
+        for sense in self.senses:
+            kind, source = split(sense)
+            among = known.get(SENSES[kind].source, [source])
+            if source not in among:
+                raise ValueError(f'senses: {sense!r}: expected one of {", ".join(among)}')
+
+    def _check_entries(self) -> None:
+        joints = len(limbs_of(bodies.get(self.body))[0])
+        for number, entry in enumerate(self.first.entries):
+            for name, value, count in (('limb', entry.limb, self.network.per_limb),
+                                       ('neuron', entry.neuron, self.network.per_limb),
+                                       ('joint', entry.joint, joints)):
+                if value is not None and value >= count:
+                    raise ValueError(f'first.entries[{number}]: {name}: expected 0 to {count - 1}, '
+                                     f'got {value}')
+            for name, said, among in (
+                    ('behaviours', entry.behaviours, self.behaviours),
+                    ('sense', (entry.sense,) if entry.sense else (), self.senses)):
+                if unknown := set(said) - set(among):
+                    raise ValueError(f'first.entries[{number}]: {name}: expected some of '
+                                     f'{", ".join(among)}, got {", ".join(sorted(unknown))}')
 
     def mirrors(self) -> tuple[Mirror, ...]:
         """Return the body's mirrors that the network shares (NotSymmetricError)."""
