@@ -14,7 +14,7 @@ from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -58,6 +58,8 @@ PARAMETERS = (
     Parameter('joint_states_topic', 'joint_states', 'Measured joints (sensor_msgs/JointState).'),
     Parameter('contacts_topic', 'contacts',
               'Touch sensors, 1 while they touch (sensor_msgs/JointState).'),
+    Parameter('imu_topic', 'imu/data',
+              'Attitude (sensor_msgs/Imu), for controllers that sense it.'),
     Parameter('body_status_topic', TOPIC,
               'How the body is (diagnostic_msgs/DiagnosticStatus, latched).'),
     Parameter('joint_trajectory_topic', 'joint_trajectory',
@@ -131,6 +133,9 @@ class BrainNode(ManagedNode):
         if self._brain.uses_contacts:
             self._ears.append(self.create_subscription(
                 JointState, self._topic('contacts'), self._on_contacts, FRAMES_IN))
+        if self._brain.uses_imu:
+            self._ears.append(self.create_subscription(
+                Imu, self._topic('imu'), self._on_imu, FRAMES_IN))
 
     def deactivate(self) -> None:
         """Neither listen nor answer: the body gets no more targets."""
@@ -165,7 +170,7 @@ class BrainNode(ManagedNode):
         if self._check_rival():
             answer = self._brain.refuse(message.data, RIVAL)
         else:
-            answer = self._brain.hear(message.data, self._body_there())
+            answer = self._brain.hear(message.data)
         self._publish_answer(answer)
         line = f'heard {answer.heard!r}: {answer.message}'
         # rclpy allows one severity a line of code.
@@ -173,9 +178,6 @@ class BrainNode(ManagedNode):
             self.get_logger().info(line)
         else:
             self.get_logger().warning(line)
-
-    def _body_there(self) -> bool:
-        return bool(self.count_publishers(self._topic('body_status')))
 
     def _on_body_status(self, message: DiagnosticStatus) -> None:
         if self._brain is None:
@@ -209,6 +211,16 @@ class BrainNode(ManagedNode):
         if self._brain is not None and not self._check_rival():
             self._send(self._brain.contacts(
                 stamp_ns(message.header.stamp), message.name, message.position))
+
+    def _on_imu(self, message: Imu) -> None:
+        if self._brain is not None and not self._check_rival():
+            orientation, turn = message.orientation, message.angular_velocity
+            # REP-145: a covariance that begins with -1 is that of a field that is not reported.
+            known = message.orientation_covariance[0] != -1.0
+            self._send(self._brain.imu(
+                stamp_ns(message.header.stamp),
+                (orientation.x, orientation.y, orientation.z, orientation.w) if known else None,
+                (turn.x, turn.y, turn.z)))
 
     def _send(self, targets: Targets | None) -> None:
         self._tell_if_stopped()

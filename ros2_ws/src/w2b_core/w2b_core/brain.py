@@ -83,7 +83,6 @@ class Brain:
         self._body: BodyStatus | None = None
         #: Epoch that the word was said in, empty if the body's state was not known then.
         self._word_epoch = ''
-        self._word_before_body = False
         self._heard_at_s = clock()
         self._stopped: Answer | None = None
         self._answer: Answer | None = None
@@ -108,18 +107,13 @@ class Brain:
         """Whether the network senses heading, turn or tilt, so that frames include `imu/data`."""
         return 'imu/data' in self.controller.topics
 
-    def hear(self, text: str, body_there: bool = True) -> Answer:
-        """
-        Prime the network with a command; a refused one changes nothing but the answer.
-
-        `body_there` is whether a body is known to be there though it has not said how it is.
-        """
+    def hear(self, text: str) -> Answer:
+        """Prime the network with a command; a refused one changes nothing but the answer."""
         answer, heard = self._ear.hear(text)
         if heard is not None:
             self._mind.hear(heard)
             self._doing = f'following {answer.values["words"]!r}'
             self._word_epoch = '' if self._body is None else self._body.epoch
-            self._word_before_body = not body_there and self._stream.last_stamp_ns is None
             self._heard_at_s = self._clock()
             self._answer = answer
         return answer
@@ -129,8 +123,10 @@ class Brain:
         before, self._body = self._body, status
         if not self._mind.follows or status.epoch == self._word_epoch:
             return
-        if before is None and not status.needs_arming and not self._word_before_body:
-            # The body was there when the word was said, and only now says how it is.
+        first = before is None and not status.needs_arming
+        if first or self._clock() - self._heard_at_s < status.epoch_age_s:
+            # The word was said in this epoch, which the brain learns of only now; or to the first
+            # simulation there is, which starts more slowly than its brain.
             self._word_epoch = status.epoch
             return
         self.stand(f'the body is {status.state} ({status.reason}) since the last word: '
@@ -186,7 +182,7 @@ class Brain:
 
     def sense(self, frame: SensorFrame) -> Targets | None:
         """Return the targets that answer a complete frame; None if it is ignored."""
-        last_ns = self._stream.last_stamp_ns
+        last_ns, lost = self._stream.last_stamp_ns, self._stream.lost
         verdict = self._stream.judge(frame.stamp_ns)
         if verdict in (Verdict.STALE, Verdict.LEAP):
             self._ignore('stale', Level.WARN, f'a frame whose stamp is {verdict.value}')
@@ -198,7 +194,7 @@ class Brain:
             self._counts['restarts'] += 1
             self.stand('the sensor frames started over')
         elif last_ns is not None and self._mind.follows:
-            self._end_word(frame.stamp_ns - last_ns)
+            self._end_word(frame.stamp_ns - last_ns if lost else 0)
         self._counts['answered'] += 1
         self._forget_problem()
         self._last = self._think(frame)

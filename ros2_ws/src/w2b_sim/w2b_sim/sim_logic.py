@@ -149,8 +149,7 @@ class SimulatedRobot:
             self._check_stamp(stamp_ns)
             targets = self._checked(names, positions_rad)
         except (TargetError, FrameError) as error:
-            self._counts['refused'] += 1
-            self._problem = (self._clock(), str(error))
+            self.refuse(str(error))
             return False
         if self.answered and stamp_ns == self._answer_stamp_ns:
             self._counts['repeated'] += 1
@@ -160,6 +159,11 @@ class SimulatedRobot:
         self._answer, self._answer_stamp_ns, self._targets = targets, stamp_ns, targets
         self._taken_stamp_ns = stamp_ns
         return True
+
+    def refuse(self, reason: str) -> None:
+        """Count targets that are refused, and keep the reason for the status."""
+        self._counts['refused'] += 1
+        self._problem = (self._clock(), reason)
 
     def _check_stamp(self, stamp_ns: int) -> None:
         if stamp_ns > self.stamp_ns:
