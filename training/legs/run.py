@@ -70,6 +70,8 @@ def train(recipe: Recipe, directory: Path, *, workers: int,
     with RunDirectory(directory, identity, may_grow=()):
         began = perf_counter()
         seeds = list(range(recipe.seeds))
+        task = Task(recipe)
+        task.compile()
         with _Workers(recipe, directory, workers, report) as pool:
             for number, stage in enumerate(recipe.stages):
                 path = directory / 'stages' / f'{stage.name}.json'
@@ -81,7 +83,6 @@ def train(recipe: Recipe, directory: Path, *, workers: int,
             seed = seeds[0]
             final = directory / 'stages' / f'{recipe.stages[-1].name}.json'
             last = json.loads(final.read_text(encoding='utf-8'))['seeds'][str(seed)]
-        task = Task(recipe)
         search = Search(recipe, seed, directory / 'seeds' / str(seed), task)
         search.run(len(recipe.stages) - 1)
         champion = Champion(seed, search.genome, task.sharing.network(search.genome), last)

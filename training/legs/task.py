@@ -75,6 +75,13 @@ class Task:
                 friction_law='coulomb' if self.recipe.worlds.slip_m_per_n_s else 'world')
         return self._engines[physics_steps]
 
+    def compile(self) -> None:
+        """Compile the engine, or load its kept code, so that processes need not do it at once."""
+        stage = self.recipe.stages[0].model_copy(update={
+            'phases': (4 * self.world.control_period_s,), 'situations': 1})
+        self.run(np.zeros((1, self.sharing.size)), self.trial(stage, np.random.default_rng(0)),
+                 stage.physics_steps)
+
     def sequences(self, phases: int) -> NDArray[np.int64]:
         """Return all sequences (W, P) of differing commands, one of those that mirror others."""
         found: list[tuple[int, ...]] = []
