@@ -1,4 +1,4 @@
-"""Searches: the same seed gives the same champion, stopped, killed or not; rules that drop seeds."""
+"""Searches: the same seed, the same champion, stopped, killed or not; seeds that are dropped."""
 
 import json
 import os
