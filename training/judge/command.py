@@ -57,7 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add('--imu-noise', action='store_true', help="a simulated IMU and the robot's own filter")
     add('--gyro-bias', type=float, default=0.0, metavar='RAD_S', help='of each axis, either way')
     add('--no-imu', action='store_true', help='senses of the attitude feel nothing')
-    add('--hard', action='store_true', help='all disturbances together; what is not given is drawn for each start')
+    add('--hard', action='store_true',
+        help='all disturbances together; what is not given is drawn for each start')
     add('--switch', type=float, default=0.0, metavar='S', help='a new word every S seconds, too')
     add('--seed', type=int, default=0, metavar='N', help='of starts and draws (default: 0)')
     add('--processes', type=int, default=1, metavar='N', help='changes no result (default: 1)')
