@@ -23,8 +23,8 @@ import pyarrow.parquet as pq
 
 from training.evolution.checkpoint import reason, write_atomically
 from training.study.config import RunSpec
-from training.study.directory import StudyDirectory, StudyError, journal, read_json
-from training.study.provenance import differences
+from training.study.directory import StudyDirectory, StudyError, body_of, journal, read_json
+from training.study.provenance import differences, run_identity
 from training.study.store_columns import TABLES
 from w2b_sim import bodies
 
@@ -46,16 +46,17 @@ def build_store(study: StudyDirectory, *, history_points: int = 200) -> int:
         silently, and nothing mixed in.
 
     """
-    identity = study.about()['identity']
+    made = study.about()['identity']
     rows: Rows = {table: [] for table in TABLES}
     digest = sha256()
     count = 0
     for directory in sorted(study.runs.glob('*-*-*-*')):
         summary = study.summary(directory.name)
-        if summary is None or summary.get('generations') != identity['generations']:
+        if summary is None or summary.get('generations') != made['generations']:
             continue
         provenance = read_json(directory / 'provenance.json')
-        differing = differences(provenance.get('identity', {}), identity)
+        differing = differences(provenance.get('identity', {}),
+                                run_identity(made, body_of(directory.name)))
         if differing:
             raise StudyError(f'{directory}: was made otherwise than the study: '
                              f'{"; ".join(differing)}; move it away')
@@ -99,8 +100,9 @@ def _add_run(rows: Rows, run: RunSpec, directory: Path, summary: dict[str, Any],
         'wall_s': summary['seconds']['total'], 'engine_s': summary['seconds']['engine'],
         'attempts': len(started),
         'cpu_s': completed[-1].get('cpu_s') if completed and len(started) == 1 else None,
-        **{name: identity[name] for name in ('program_version', 'sources_sha256', 'vocabulary',
-                                             'vocabulary_sha256')},
+        'program_version': place.get('program_version') or identity['program_version'],
+        **{name: identity.get(name) for name in ('results_sha256', 'sources_sha256')},
+        **{name: identity[name] for name in ('vocabulary', 'vocabulary_sha256')},
         'git_commit': place['git_commit'], 'host': place['host'],
         'champion': f'runs/{run.run_id}/champion.json'})
     for outcome in summary['outcomes']:
