@@ -27,8 +27,8 @@ from rich.table import Table
 from demo.pictures import draw_gif, plot_paths
 from demo.robot import Motion, Robot
 from demo.ros_session import RosSession
-from w2b_controller import controller_file
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.controller import file as controller_file
 from w2b_sim.worlds import WORLDS
 
 WORDS = ('forward', 'stop', 'backward', 'halt')

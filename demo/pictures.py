@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
 
 from demo.robot import Motion
-from w2b_sim.bodies.model import Body
-from w2b_sim.bodies.urdf import to_urdf
+from w2b_core.bodies.model import Body
+from w2b_core.bodies.urdf import to_urdf
 from w2b_sim.engines.quiet_pybullet import pybullet
 
 PANEL_PX = (400, 240)

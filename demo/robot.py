@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from demo.ros_session import RosSession
-from w2b_controller.ros_messages import stamp_ns
+from w2b_ros.ros_messages import stamp_ns
 from w2b_sim.sim_logic import first_stamp_ns
 
 DEADLINE_S = 20.0

@@ -47,7 +47,7 @@ set +u
 set -u
 # The venv's Python runs colcon, so that it becomes the interpreter of the installed scripts.
 (cd "$root/ros2_ws" && "$root/.venv/bin/python" -m colcon build \
-    --packages-select w2b_controller w2b_hw)
+    --packages-select w2b_core w2b_ros w2b_controller w2b_hw)
 
 filled=$(mktemp -d)
 units "$filled"

@@ -8,7 +8,7 @@ from nav_msgs.msg import Odometry
 
 from demo.robot import Motion, Robot
 from demo.ros_session import Domain
-from w2b_controller.ros_messages import to_stamp
+from w2b_ros.ros_messages import to_stamp
 
 
 def test_frames_of_the_walk_before_are_not_counted():

@@ -33,7 +33,8 @@ def installed(tmp_path_factory) -> Path:
         [sys.executable, '-m', 'colcon', '--log-base', str(folder / 'log'), 'build',
          '--base-paths', str(SOURCES), '--build-base', str(folder / 'build'),
          '--install-base', str(folder / 'install'),
-         '--packages-select', 'w2b_controller', 'w2b_sim', 'w2b_hw'],
+         '--packages-select', 'w2b_core', 'w2b_ros', 'w2b_controller', 'w2b_sim',
+         'w2b_hw'],
         cwd=folder, env=environment, check=True, capture_output=True, timeout=600)
     return folder / 'install'
 
@@ -49,7 +50,7 @@ def environment(installed) -> dict[str, str]:
         ['bash', '-c', '. "$0/setup.bash" && env -0', str(installed)], env=base, check=True,
         capture_output=True, timeout=600).stdout.decode()
     sourced = dict(item.split('=', 1) for item in output.split('\0') if '=' in item)
-    profile = installed / 'w2b_controller' / 'share' / 'w2b_controller' / 'config' / \
+    profile = installed / 'w2b_ros' / 'share' / 'w2b_ros' / 'config' / \
         'quick_discovery.xml'
     return {**sourced, 'W2B_INSTALL': str(installed), 'PYTHONUNBUFFERED': '1',
             'PYTHONFAULTHANDLER': '1',

@@ -14,9 +14,9 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from tests.ros.harness import EVERYTHING, System
-from w2b_controller.ros_messages import FRAMES_IN, stamp_ns
 from w2b_hw.emulation.client import SocketTransport
 from w2b_hw.joints import JOINTS
+from w2b_ros.ros_messages import FRAMES_IN, stamp_ns
 
 #: What a servo shows that does not move: the pulse stays within two ticks of 4.88 us.
 STILL_US = 10.0

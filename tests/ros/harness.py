@@ -25,8 +25,8 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from demo.ros_session import Domain
-from w2b_controller.ros_messages import stamp_ns
 from w2b_controller.say import values_of
+from w2b_ros.ros_messages import stamp_ns
 from w2b_sim.sim_logic import first_stamp_ns
 
 #: By then a thing has happened, or never will: on a machine with six times as much to do as it can,

@@ -6,10 +6,10 @@ from functools import cache
 
 import numpy as np
 
-from w2b_controller import controller_file
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.controller import file as controller_file
+from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
 from w2b_sim.rollout import rollout
 from w2b_sim.worlds import WORLDS

@@ -10,8 +10,8 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from tests.ros.offline import FEET, JOINTS, assert_repeats
-from w2b_controller.ros_messages import to_stamp
 from w2b_controller.say import values_of
+from w2b_ros.ros_messages import to_stamp
 
 PERIOD_NS = 50_000_000
 NAN, INF = math.nan, math.inf

@@ -11,9 +11,9 @@ from lifecycle_msgs.srv import ChangeState
 
 from tests.ros.hardware import HardwareSystem
 from tests.ros.harness import System
-from w2b_controller.ros_messages import stamp_ns
 from w2b_hw.joints import JOINTS
 from w2b_hw.transport import Write
+from w2b_ros.ros_messages import stamp_ns
 
 
 @pytest.fixture

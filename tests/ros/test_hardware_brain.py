@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.ros.hardware import STILL_US, HardwareSystem
-from w2b_controller import controller_file
+from w2b_core.controller import file as controller_file
 from w2b_hw.joints import JOINTS
 
 SHIPPED = 'physical_twin'

@@ -31,11 +31,11 @@ def test_the_package_is_in_the_index_with_its_files(installed, package):
 
 def test_data_files_are_installed_with_the_modules(installed, environment):
     for module, folder in (('controllers', '*.json'), ('vocabularies/default', '*')):
-        source = SOURCES / 'w2b_controller' / 'w2b_controller' / module
+        source = SOURCES / 'w2b_core' / 'w2b_core' / module
         names = {path.name for path in source.glob(folder) if path.is_file()}
         assert names
         found = {path.name for path in installed.glob(
-            f'w2b_controller/lib/python3*/site-packages/w2b_controller/{module}/{folder}')}
+            f'w2b_core/lib/python3*/site-packages/w2b_core/{module}/{folder}')}
         assert names <= found
 
 
@@ -50,7 +50,8 @@ def test_the_manifest_is_format_3_and_names_every_imported_ros_package(package):
     sources = ''.join(path.read_text() for path in (SOURCES / package / package).rglob('*.py'))
     for name in ('rclpy', 'std_msgs', 'sensor_msgs', 'trajectory_msgs', 'diagnostic_msgs',
                  'nav_msgs', 'geometry_msgs', 'rosgraph_msgs', 'std_srvs', 'lifecycle_msgs',
-                 'rcl_interfaces', 'builtin_interfaces', 'w2b_controller'):
+                 'rcl_interfaces', 'builtin_interfaces', 'w2b_controller', 'w2b_core',
+                 'w2b_ros'):
         if name != package and (f'from {name}.' in sources or f'import {name}' in sources):
             assert name in declared, name
 

@@ -18,7 +18,7 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.parameter import parameter_value_to_python
 
 from tests.ros.harness import DEADLINE_S
-from w2b_controller import controller_file
+from w2b_core.controller import file as controller_file
 
 
 def test_walking_through_the_lifecycle(system):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.ros.offline import BODY, CONTROLLER, offline_positions_of
-from w2b_controller import controller_file
-from w2b_controller.network import Network
+from w2b_core.controller import file as controller_file
+from w2b_core.network import Network
 
 STEPS = 300
 

@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 
 from tests.ros.harness import EVERYTHING
 from tests.ros.offline import FEET, JOINTS
-from w2b_controller.ros_messages import stamp_ns
+from w2b_ros.ros_messages import stamp_ns
 
 
 def collect(system, kind, topic):

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from w2b_controller import node_help
-from w2b_controller.ros_process import own
+from w2b_ros import node_help
+from w2b_ros.ros_process import own
 
 NODES = {'brain': 'w2b_controller.brain', 'sim': 'w2b_sim.sim', 'hardware': 'w2b_hw.node'}
 

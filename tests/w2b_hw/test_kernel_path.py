@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = [str(ROOT / 'ros2_ws' / 'src' / name) for name in ('w2b_hw', 'w2b_controller')]
+PACKAGES = [str(ROOT / 'ros2_ws' / 'src' / name) for name in ('w2b_hw', 'w2b_core', 'w2b_ros')]
 SYSTEM_PYTHON = '/usr/bin/python3'
 INSTALL = 'apt-get install umockdev gir1.2-umockdev-1.0 python3-gi'
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from w2b_controller.network import Network, prime
-from w2b_sim import bodies
-from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link, Servo
+from w2b_core import bodies
+from w2b_core.bodies.model import Body, Box, Capsule, Joint, Link, Servo
+from w2b_core.network import Network, prime
 from w2b_sim.engines.batched import BatchedEngine, UnsupportedBodyError, Variations
 from w2b_sim.engines.interface import Start
 from w2b_sim.worlds import EARTH, PAPER
@@ -155,7 +155,7 @@ def test_diverging_robot_fails_alone(single, batch):
 
 
 def test_priming_is_the_networks(single):
-    """Priming inside the compiled call gives what w2b_controller.network gives."""
+    """Priming inside the compiled call gives what w2b_core.network gives."""
     network, words = random_networks(single.body, 3), random_words(2)
     primed = prime(Network(network.hidden_weights[:, None], network.motor_weights[:, None],
                            network.motor_time_constants), words).hidden

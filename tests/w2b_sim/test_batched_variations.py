@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2b_controller.network import Network
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.network import Network
 from w2b_sim.engines.batched import BatchedEngine, Variations
 from w2b_sim.engines.batched.compilation import cache_folder
 from w2b_sim.engines.batched.tables import compile_body

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2b_controller.network import Network
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.network import Network
 from w2b_sim.engines.interface import Frame, Start
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
 from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator

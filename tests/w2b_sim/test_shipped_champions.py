@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from w2b_controller import controller_file
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.controller import file as controller_file
+from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.engines.interface import Start
 from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator
 from w2b_sim.worlds import WORLDS

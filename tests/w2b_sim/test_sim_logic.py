@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from w2b_controller.status import Level
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.status import Level
 from w2b_sim.engines.interface import Start
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
 from w2b_sim.sim_logic import WARNING_S, SimulatedRobot

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from training.evolution.objectives import scores
 from training.evolution.treatments import Words, vector_hash
-from w2b_controller.network import Network
-from w2b_sim.bodies.model import Body
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network
 from w2b_sim.engines.interface import Evaluator, Start
 from w2b_sim.worlds import World
 
@@ -77,7 +77,7 @@ def write_champion(path: Path, body: Body, world: World, network: Network,
     `heard` (W, T) holds the vectors of `judged`, in that order: what this controller was trained
     to, which for a permuted treatment is not what the vocabulary says.
     """
-    from w2b_controller import controller_file
+    from w2b_core.controller import file as controller_file
 
     controller_file.save(controller_file.Controller(
         body=body.name, network=network, sensors=body.sensors,

@@ -9,7 +9,7 @@ from typing import Any
 from training.evolution.engines import ENGINES, PRECISIONS
 from training.evolution.objectives import AGGREGATES, BEHAVIOURS, OBJECTIVES
 from training.evolution.treatments import TREATMENTS, Words
-from w2b_sim import bodies
+from w2b_core import bodies
 from w2b_sim.worlds import WORLDS
 
 

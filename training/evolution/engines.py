@@ -8,8 +8,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_controller.network import Network
-from w2b_sim.bodies.model import Body
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
 from w2b_sim.worlds import World
 

@@ -31,9 +31,8 @@ from training.evolution.objectives import aggregate, scores
 from training.evolution.operators import Layout, random_genomes
 from training.evolution.rundir import RunConflictError, RunDirectory
 from training.evolution.starts import slightly_different
-from w2b_controller import __version__
-from w2b_controller.network import Network
-from w2b_sim import bodies
+from w2b_core import __version__, bodies
+from w2b_core.network import Network
 from w2b_sim.engines.interface import Evaluator, Start
 from w2b_sim.worlds import WORLDS
 
@@ -159,7 +158,7 @@ def run(config: RunConfig, directory: Path | str,
 def load_result(directory: Path | str) -> RunResult:
     """Return what came of the finished run in `directory` (RunConflictError if it is not over)."""
     path = Path(directory)
-    from w2b_controller import controller_file
+    from w2b_core.controller import file as controller_file
 
     if not (path / rundir.SUMMARY).exists():
         raise RunConflictError(f'{path}: holds no finished run; start it again to go on with it')
@@ -305,7 +304,7 @@ def _vectors(config: RunConfig, vectors: Mapping[str, ArrayLike] | None,
              names: list[str]) -> Mapping[str, ArrayLike]:
     if vectors is not None:
         return vectors
-    from w2b_controller.vocabulary import Vocabulary
+    from w2b_core.vocabulary import Vocabulary
 
     vocabulary = Vocabulary.load(config.vocabulary)
     return {name: vocabulary.vector(name) for name in names}

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_controller.vocabulary import Vocabulary
+from w2b_core.vocabulary import Vocabulary
 
 Array = NDArray[np.float64]
 

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from training.evolution.operators import Layout, mutate, random_genomes
 from training.evolution.treatments import WORD_SETS
 from training.study.lexicon import load_lexicon
-from w2b_controller import controller_file
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
-from w2b_sim import bodies
-from w2b_sim.bodies.model import Body
+from w2b_core import bodies
+from w2b_core.bodies.model import Body
+from w2b_core.controller import file as controller_file
+from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.engines.interface import Start
 from w2b_sim.worlds import WORLDS, World
 

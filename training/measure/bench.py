@@ -27,9 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.measure import engine_profile
-from w2b_controller.network import Network
-from w2b_sim import bodies
-from w2b_sim.bodies.model import Body
+from w2b_core import bodies
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network
 from w2b_sim.engines.batched import BatchedEngine
 from w2b_sim.engines.interface import Start
 from w2b_sim.worlds import WORLDS

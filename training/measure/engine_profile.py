@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import thread_time
 
-from w2b_controller.network import Network
-from w2b_sim.bodies.model import Body
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network
 from w2b_sim.engines.batched import BatchedEngine
 from w2b_sim.engines.interface import Start
 from w2b_sim.worlds import WORLDS, World

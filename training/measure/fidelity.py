@@ -46,8 +46,8 @@ from scipy.stats import spearmanr
 from training.measure import against_pybullet
 from training.measure.against_pybullet import COUNT
 from training.measure.traces import Traces, load
-from w2b_controller.network import Network, State, step
-from w2b_controller.vocabulary import Vocabulary
+from w2b_core.network import Network, State, step
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.engines.interface import Start
 from w2b_sim.rollout import sensor_values, targets_rad
 from w2b_sim.worlds import PAPER

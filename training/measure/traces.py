@@ -24,9 +24,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_controller.network import Network
-from w2b_sim import bodies
-from w2b_sim.bodies.model import Body
+from w2b_core import bodies
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network
 
 Array = NDArray[np.float64]
 

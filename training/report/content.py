@@ -29,7 +29,7 @@ from training.report.style import LINEAR_TO
 from training.report.verdicts import RULES
 from training.study.directory import StudyDirectory, StudyError
 from training.study.store import Tables, parse_run_id
-from w2b_sim import bodies
+from w2b_core import bodies
 
 #: Said under the figures of displacement.
 SQUEEZED = (f'The axis is linear to {LINEAR_TO:g} body length (dotted line) and logarithmic above: '

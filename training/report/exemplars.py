@@ -13,9 +13,9 @@ from training.evolution.treatments import treated
 from training.report.behaviour import sorted_out
 from training.report.comparisons import Panel, select
 from training.study.store import parse_run_id
-from w2b_controller.network import Network, prime
-from w2b_sim import bodies
-from w2b_sim.bodies.model import Body
+from w2b_core import bodies
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network, prime
 from w2b_sim.engines.interface import Start
 from w2b_sim.worlds import WORLDS
 

@@ -35,8 +35,8 @@ from training.robust.listening import Listening
 from training.robust.scenarios import Randomisation
 from training.robust.search import RobustSearch, train, vectors_by_behaviour
 from training.robust.word_roles import QUADRUPED
-from w2b_controller.network import Network
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.network import Network
 from w2b_sim.worlds import WORLDS
 
 BODY, MOVE_M = 'quadruped', 0.5
@@ -106,7 +106,7 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _table(args: argparse.Namespace) -> str:
-    from w2b_controller.vocabulary import Vocabulary
+    from w2b_core.vocabulary import Vocabulary
 
     vocabulary = Vocabulary.load()
     vectors = {word: vocabulary.vector(word) for word, _asked in QUADRUPED.trained

@@ -20,9 +20,9 @@ import numpy as np
 from training.evolution import checkpoint
 from training.evolution.treatments import Words
 from training.robust import gate
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
-from w2b_sim.bodies.model import Body
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.worlds import World
 
 FILE = 'blind.json'

@@ -11,7 +11,7 @@ from training.evolution.treatments import Words
 from training.robust.listening import Listening
 from training.robust.objective import FREE_STRAY_M, STRAY_WEIGHT
 from training.robust.scenarios import DIRECTION, MOVE_NOISE, Randomisation
-from w2b_sim import bodies
+from w2b_core import bodies
 from w2b_sim.worlds import WORLDS, World
 
 #: Part of a stage's generations over which touch that was not felt before grows to its full size.

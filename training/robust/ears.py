@@ -25,7 +25,7 @@ from training.robust.hidden_life import Life, live, live_exactly
 from training.robust.listening import TOUCH_INPUT, Listening, inputs, listen
 from training.robust.scenarios import DIRECTION, STOP_NOISE, Randomisation, draw
 from training.robust.word_roles import WordRoles
-from w2b_controller import __version__
+from w2b_core import __version__
 from w2b_sim.worlds import PAPER
 
 #: One attempt a seed, on larger draws than a robust run's own listening: more words are at stake.

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from training.evolution.starts import slightly_different
 from training.evolution.treatments import GATE, Words, generator
-from w2b_controller.network import Network
-from w2b_sim.bodies.model import Body
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
 from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator
 from w2b_sim.worlds import World

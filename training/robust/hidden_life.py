@@ -1,7 +1,7 @@
 """
 Hidden layers by the thousand, without a body: primed with words, then left to themselves.
 
-`live` has the semantics of `w2b_controller.network` with silent sensors, in single precision and
+`live` has the semantics of `w2b_core.network` with silent sensors, in single precision and
 with a rational tanh (error below 1e-4): fast enough to breed networks on, not to judge them by.
 `live_exactly` is that network: after hundreds of updates a word near the border between rest and
 rhythm may go the other way.
@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from w2b_controller.network import Network, prime, step
+from w2b_core.network import Network, prime, step
 
 Array = NDArray[np.float64]
 

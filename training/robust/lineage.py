@@ -33,8 +33,8 @@ from training.robust.config import RobustConfig, Stage
 from training.robust.listening import Listening
 from training.robust.search import train
 from training.robust.word_roles import WordRoles
-from w2b_controller.network import Network
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.network import Network
 from w2b_sim.worlds import WORLDS
 
 #: Walk both ways, half as long; harden, also against strange vectors, and stand still; feel the

@@ -7,7 +7,7 @@ from pathlib import Path
 from training.robust import blind, gate, lineage, record
 from training.robust.lineage import Lineage
 from training.robust.word_roles import QUADRUPED
-from w2b_controller.vocabulary import Vocabulary
+from w2b_core.vocabulary import Vocabulary
 
 BODY, MOVE_M = 'quadruped', 0.5
 

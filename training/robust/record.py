@@ -14,10 +14,9 @@ from training.evolution.champion import WordOutcome, write_champion
 from training.robust import blind, gate
 from training.robust.config import RobustConfig
 from training.robust.word_roles import WordRoles
-from w2b_controller import __version__
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
-from w2b_sim import bodies
+from w2b_core import __version__, bodies
+from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.worlds import WORLDS
 
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from training.evolution.operators import Array
 from training.robust.ears import REST
 from training.robust.hidden_life import live
-from w2b_controller import controller_file
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
+from w2b_core.controller import file as controller_file
+from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -37,9 +37,8 @@ from training.robust.config import RobustConfig, Stage
 from training.robust.listening import listen, newcomers
 from training.robust.objective import fitness, values
 from training.robust.scenarios import DIRECTION, Randomisation, Scenario, draw
-from w2b_controller import __version__
-from w2b_controller.network import Network
-from w2b_sim import bodies
+from w2b_core import __version__, bodies
+from w2b_core.network import Network
 from w2b_sim.engines.interface import Start
 
 Array = NDArray[np.float64]
@@ -69,7 +68,7 @@ def train(config: RobustConfig, directory: Path | str,
 
     """
     if vectors is None:
-        from w2b_controller.vocabulary import Vocabulary
+        from w2b_core.vocabulary import Vocabulary
 
         vocabulary = Vocabulary.load(config.vocabulary)
         vectors = {word: vocabulary.vector(word) for word, _behaviour in config.words}

@@ -29,9 +29,9 @@ from training.robust.listening import Listening
 from training.robust.scenarios import Randomisation
 from training.robust.search import train
 from training.robust.word_roles import QUADRUPED as ROLES
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.engines.interface import Evaluator
 from w2b_sim.worlds import WORLDS, World
 

@@ -33,7 +33,7 @@ from training.study.fields import (
     require,
     text,
 )
-from w2b_sim import bodies
+from w2b_core import bodies
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import w2b_controller
+import w2b_core
 from training.evolution.treatments import WORD_SETS, vector_hash
 from training.evolution.vectors import known, vector
 from training.study.config import StudyConfig
@@ -63,7 +63,7 @@ def run_identity(study: dict[str, Any], body: str) -> dict[str, Any]:
 def environment() -> dict[str, Any]:
     """Return what is worth knowing of this process and machine; a JSON object of texts."""
     return {
-        'program_version': w2b_controller.__version__,
+        'program_version': w2b_core.__version__,
         'git_commit': git_commit(),
         'python': platform.python_version(),
         'packages': {name: _version(name) for name in PACKAGES},

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from training.evolution.starts import slightly_different
 from training.evolution.treatments import treated
 from training.study.config import RunSpec, StudyConfig
-from w2b_controller.network import Network
+from w2b_core.network import Network
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
 
 #: Seed of the perturbed starts: the same ones for every champion, so that champions compare.

@@ -27,7 +27,7 @@ from training.evolution.engines import make_evaluator
 from training.evolution.operators import Layout, random_genomes
 from training.evolution.run import RunResult, run
 from training.evolution.starts import slightly_different
-from w2b_sim import bodies
+from w2b_core import bodies
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
 from w2b_sim.worlds import WORLDS
 

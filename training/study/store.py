@@ -26,7 +26,7 @@ from training.study.config import RunSpec
 from training.study.directory import StudyDirectory, StudyError, body_of, journal, read_json
 from training.study.provenance import differences, run_identity
 from training.study.store_columns import TABLES
-from w2b_sim import bodies
+from w2b_core import bodies
 
 #: Key, in the files' metadata, of the hash of all results from which they were made.
 MADE_FROM = b'w2b_made_from'

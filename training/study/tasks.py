@@ -41,7 +41,7 @@ from training.study.pausing import Pause
 from training.study.provenance import differences, environment
 from training.study.rescoring import COLUMNS, rescore, trials
 from training.study.results import results_sha256
-from w2b_sim import bodies
+from w2b_core import bodies
 from w2b_sim.engines.interface import Evaluator
 from w2b_sim.worlds import WORLDS
 

@@ -23,7 +23,7 @@ SMALL = ['--body', 'minimal', '--words', 'forward=forward,stop=stop', '--held-ou
 
 def command(*options):
     packages = [str(ROOT / 'ros2_ws' / 'src' / name) for name in (
-        'w2b_controller', 'w2b_sim', 'w2b_hw')]
+        'w2b_core', 'w2b_sim')]
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(ROOT), *packages])}
     return subprocess.Popen(
         [sys.executable, '-m', 'training', *options], env=environment, text=True, cwd=ROOT,
@@ -179,9 +179,9 @@ def test_a_missing_module_is_said_with_what_helps(monkeypatch, capsys):
     assert main(['evolve', '--out', 'nowhere']) == 2
     errors = capsys.readouterr().err
     assert errors.count('\n') == 1
-    assert 'the module w2b_controller is missing' in errors
+    assert 'the module w2b_core is missing' in errors
     assert 'in a checkout run `make setup` and `. .venv/bin/activate` first' in errors
 
 
 def missing(_module):
-    raise ModuleNotFoundError(name='w2b_controller')
+    raise ModuleNotFoundError(name='w2b_core')

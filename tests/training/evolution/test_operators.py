@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from training.evolution.operators import Layout, mutate, mutate_mixed, random_genomes
-from w2b_sim import bodies
+from w2b_core import bodies
 
 LAYOUT = Layout(5, 4, (0.3,) * 4 + (1.0,) * 4)
 

@@ -9,9 +9,9 @@ import pytest
 from training.evolution.champion import WordOutcome, write_champion
 from training.evolution.operators import Layout, random_genomes
 from training.measure import against_pybullet, fidelity
-from w2b_controller import controller_file
-from w2b_controller.vocabulary import Vocabulary
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.controller import file as controller_file
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.worlds import EARTH, WORLDS
 
 #: Small and quick in PyBullet, and not at home in `earth`.

@@ -12,7 +12,7 @@ from training.robust import ablation, ears, gate
 from training.robust.ablation import ALL, ROWS, config_of, to_markdown
 from training.robust.scenarios import Randomisation
 from training.robust.word_roles import QUADRUPED
-from w2b_sim import bodies
+from w2b_core import bodies
 
 
 def test_each_row_adds_to_the_row_above_until_every_means_is_in_use():
@@ -47,7 +47,7 @@ def test_the_table_is_of_every_run_and_goes_on_where_it_stopped(monkeypatch, tmp
         trained.append(directory.name)
         asked.update(vectors)
         weights = np.full((1, 5, 10), float(config.seed))
-        from w2b_controller.network import Network
+        from w2b_core.network import Network
         return Network(weights, np.zeros((1, 8, 5)), np.ones(8)), np.array([1.5])
 
     def judge(network, body, world, words, held_out, vectors, *, seed, validation, **options):

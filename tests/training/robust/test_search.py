@@ -18,7 +18,7 @@ from training.robust.listening import Listening, listen, newcomers, score
 from training.robust.objective import WORST_STOP, fitness, values
 from training.robust.scenarios import Randomisation, draw
 from training.robust.search import RobustSearch, train
-from w2b_controller.network import Network, prime, step
+from w2b_core.network import Network, prime, step
 from w2b_sim.engines.interface import Evaluation
 from w2b_sim.worlds import EARTH, PAPER
 

@@ -9,10 +9,10 @@ import pytest
 from training.robust import blind, gate
 from training.robust.quadruped import BODY, MOVE_M
 from training.robust.word_roles import QUADRUPED
-from w2b_controller import controller_file
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.controller import file as controller_file
+from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.worlds import PAPER
 
 TABLES = Path(__file__).resolve().parents[3] / 'docs' / 'champions'

@@ -10,10 +10,10 @@ from training.evolution.operators import Layout
 from training.robust import blind, ears, gate, twin
 from training.robust.scenarios import DIRECTION
 from training.robust.twin import ROLES, Candidate
-from w2b_controller import controller_file
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import Vocabulary
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.controller import file as controller_file
+from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 
 BODY = bodies.get('physical_twin')
 HELD_OUT = {word for word, _asked in ROLES.held_out}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from training.robust.word_roles import QUADRUPED, WordRoles, asking
-from w2b_controller.vocabulary import Vocabulary
+from w2b_core.vocabulary import Vocabulary
 
 HELD_OUT_STEMS = ('halt', 'suspen')
 FORMS = ('stop', 'ceas', 'cess')
@@ -14,7 +14,7 @@ FORMS = ('stop', 'ceas', 'cess')
 
 def listed(heading: str) -> list[str]:
     """Return the words under a heading of the vocabulary's list."""
-    text = (files('w2b_controller') / 'vocabularies' / 'behaviour_words.txt').read_text()
+    text = (files('w2b_core') / 'vocabularies' / 'behaviour_words.txt').read_text()
     section = text.partition(f'# {heading}\n')[2].partition('#')[0]
     return section.split()
 

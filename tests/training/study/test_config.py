@@ -13,7 +13,7 @@ from training.study.config import RunSpec, load_config, parse_config
 from training.study.fields import ConfigError
 from training.study.store import parse_run_id
 from training.study.tasks import run_config
-from w2b_sim import bodies
+from w2b_core import bodies
 
 CONFIGS = Path(__file__).resolve().parents[3] / 'training' / 'configs'
 EXPERIMENT = {'words': 'paper', 'bodies': ['quadruped'], 'treatments': ['experimental', 'control'],

@@ -18,9 +18,9 @@ from training.study.lexicon import CLASSES, load_lexicon
 from training.study.provenance import commands
 from training.study.rescoring import COLUMNS, Trial, Word, rescore, trials
 from training.study.store_columns import TABLES
-from w2b_controller.network import Network
-from w2b_controller.vocabulary import UnknownWordError
-from w2b_sim import bodies
+from w2b_core import bodies
+from w2b_core.network import Network
+from w2b_core.vocabulary import UnknownWordError
 from w2b_sim.engines.interface import Evaluation, Start
 
 RUN = RunSpec('paper', 'quadruped', 'control', 3)

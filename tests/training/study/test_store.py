@@ -17,7 +17,7 @@ from training.study.directory import StudyDirectory, StudyError
 from training.study.lexicon import load_lexicon
 from training.study.store import build_store, read_store, thinned
 from training.study.store_columns import TABLES, as_markdown
-from w2b_controller import controller_file
+from w2b_core.controller import file as controller_file
 
 DOCS = Path(__file__).resolve().parents[3] / 'docs' / 'study'
 

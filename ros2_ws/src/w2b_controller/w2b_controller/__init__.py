@@ -1,3 +1,2 @@
-"""The brain of a robot that obeys words: vocabulary, network, controller file and ROS 2 node."""
+"""The ROS 2 nodes of the brain: `brain`, `say`, `console`."""
 
-__version__ = '0.1.0'

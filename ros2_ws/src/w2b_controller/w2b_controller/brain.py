@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from w2b_controller import node_help
-from w2b_controller.ros_process import run
+from w2b_ros import node_help
+from w2b_ros.ros_process import run
 
 if TYPE_CHECKING:
     from w2b_controller.brain_node import BrainNode
-    from w2b_controller.managed_node import Parameter
+    from w2b_ros.managed_node import Parameter
 
 ABOUT = """
 The brain: hears words on `command` (std_msgs/String), primes its network with their vectors, and

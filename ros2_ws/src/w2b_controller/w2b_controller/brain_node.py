@@ -18,13 +18,15 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from w2b_controller import controller_file
-from w2b_controller.brain_logic import Brain, Targets
-from w2b_controller.command import Answer
-from w2b_controller.controller_file import Controller
-from w2b_controller.diagnostics import DiagnosticsReporter
-from w2b_controller.managed_node import ManagedNode, Parameter, declare
-from w2b_controller.ros_messages import (
+from w2b_core.brain import Brain, Targets
+from w2b_core.command import Answer
+from w2b_core.controller import file as controller_file
+from w2b_core.controller.file import Controller
+from w2b_core.status import Level, Status
+from w2b_core.vocabulary import Vocabulary
+from w2b_ros.diagnostics import DiagnosticsReporter
+from w2b_ros.managed_node import ManagedNode, Parameter, declare
+from w2b_ros.ros_messages import (
     COMMANDS,
     FRAMES_IN,
     LATCHED,
@@ -35,9 +37,7 @@ from w2b_controller.ros_messages import (
     to_diagnostic,
     to_stamp,
 )
-from w2b_controller.ros_process import StartError
-from w2b_controller.status import Level, Status
-from w2b_controller.vocabulary import Vocabulary
+from w2b_ros.ros_process import StartError
 
 PARAMETERS = (
     Parameter('autostart', True, 'Configure and activate without being asked.', fixed=True),

@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import sys
 
-from w2b_controller.ros_process import own, start_ros
 from w2b_controller.say import (
     UNANSWERED,
     Messenger,
@@ -18,6 +17,7 @@ from w2b_controller.say import (
     seconds,
     show,
 )
+from w2b_ros.ros_process import own, start_ros
 
 PROMPT = 'say> '
 

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from w2b_controller.ros_process import StopFlag, own, start_ros
+from w2b_ros.ros_process import StopFlag, own, start_ros
 
 if TYPE_CHECKING:
     from diagnostic_msgs.msg import DiagnosticStatus
@@ -37,7 +37,7 @@ class Messenger:
         from diagnostic_msgs.msg import DiagnosticStatus
         from std_msgs.msg import String
 
-        from w2b_controller.ros_messages import COMMANDS, LATCHED
+        from w2b_ros.ros_messages import COMMANDS, LATCHED
         self._node = node
         self._interrupted = interrupted
         self._answer: DiagnosticStatus | None = None
@@ -64,7 +64,7 @@ class Messenger:
             If no brain listens, or none answers in time.
 
         """
-        from w2b_controller.command import quoted
+        from w2b_core.command import quoted
         deadline_s = time.monotonic() + timeout_s
         self._spin(deadline_s, lambda: self._publisher.get_subscription_count() > 0
                    and self._answer is not None, NO_BRAIN)

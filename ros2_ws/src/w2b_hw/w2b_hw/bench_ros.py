@@ -19,7 +19,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from w2b_controller import controller_file
+from w2b_core.controller import file as controller_file
 from w2b_hw.emulation.client import SocketTransport
 from w2b_hw.joints import JOINTS
 

@@ -19,10 +19,7 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from w2b_controller.diagnostics import DiagnosticsReporter
-from w2b_controller.managed_node import ManagedNode, Parameter, declare
-from w2b_controller.ros_messages import FRAMES_OUT, TARGETS, stamp_ns, to_stamp
-from w2b_controller.status import Level, Status
+from w2b_core.status import Level, Status
 from w2b_hw import calibration, messages
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
@@ -42,6 +39,9 @@ from w2b_hw.transport import (
     open_transport,
 )
 from w2b_hw.watchdog import Systemd
+from w2b_ros.diagnostics import DiagnosticsReporter
+from w2b_ros.managed_node import ManagedNode, Parameter, declare
+from w2b_ros.ros_messages import FRAMES_OUT, TARGETS, stamp_ns, to_stamp
 
 RATE_HZ = 20.0
 PULSES = QoSProfile(depth=10)

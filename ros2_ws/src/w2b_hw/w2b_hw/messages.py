@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from builtin_interfaces.msg import Time
 from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
 
-from w2b_controller.status import Level, Status
+from w2b_core.status import Level, Status
 from w2b_hw.imu.orientation import TILT_VARIANCE
 from w2b_hw.imu.part import Part, Sample
 from w2b_hw.joints import JOINTS

@@ -38,7 +38,7 @@ _POWER_ON_PRESCALE = 0x1E
 _MODULES = {'numpy': 'apt install python3-numpy', 'yaml': 'apt install python3-yaml',
             'smbus2': 'pip install smbus2', 'imufusion': 'pip install imufusion',
             'adafruit_pca9685': 'pip install adafruit-circuitpython-pca9685 adafruit-blinka',
-            'w2b_controller.status': 'build the workspace and source its setup.bash'}
+            'w2b_core.status': 'build the workspace and source its setup.bash'}
 _ROS_MODULES = ('rclpy', 'sensor_msgs.msg', 'trajectory_msgs.msg', 'diagnostic_msgs.msg',
                 'std_srvs.srv', 'lifecycle_msgs.msg')
 

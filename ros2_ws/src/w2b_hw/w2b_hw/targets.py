@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from w2b_controller.sensor_frames import FrameError, named_values
+from w2b_core.sensor_frames import FrameError, named_values
 from w2b_hw.joints import JOINTS
 from w2b_hw.safety import Pose
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from w2b_sim import bodies
-from w2b_sim.bodies.urdf import to_urdf
+from w2b_core import bodies
+from w2b_core.bodies.urdf import to_urdf
 
 ABOUT = """\
 Print a body's URDF, which robot_state_publisher, RViz and other simulators read:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from w2b_controller import periphery
-from w2b_controller.network import Network, prime, step
-from w2b_sim.bodies.model import Body
+from w2b_core import periphery
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network, prime, step
 from w2b_sim.engines.interface import Frame, Simulation
 
 Array = NDArray[np.float64]

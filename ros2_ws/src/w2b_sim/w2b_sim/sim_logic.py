@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_controller.sensor_frames import FrameError, named_values
-from w2b_controller.status import Level, Status
-from w2b_sim.bodies.model import Body
+from w2b_core.bodies.model import Body
+from w2b_core.sensor_frames import FrameError, named_values
+from w2b_core.status import Level, Status
 from w2b_sim.engines.interface import Frame, Simulation, Start
 
 Array = NDArray[np.float64]

@@ -22,9 +22,11 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from w2b_controller.diagnostics import DiagnosticsReporter
-from w2b_controller.managed_node import Parameter, declare
-from w2b_controller.ros_messages import (
+from w2b_core import bodies
+from w2b_core.status import Level, Status
+from w2b_ros.diagnostics import DiagnosticsReporter
+from w2b_ros.managed_node import Parameter, declare
+from w2b_ros.ros_messages import (
     FRAMES_OUT,
     STEADY,
     TARGETS,
@@ -32,9 +34,7 @@ from w2b_controller.ros_messages import (
     stamp_ns,
     to_stamp,
 )
-from w2b_controller.ros_process import StartError
-from w2b_controller.status import Level, Status
-from w2b_sim import bodies
+from w2b_ros.ros_process import StartError
 from w2b_sim.engines.interface import Start
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
 from w2b_sim.rotation import into_body

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_controller.network import Network
+from w2b_core.network import Network
 
 Array = NDArray[np.float64]
 

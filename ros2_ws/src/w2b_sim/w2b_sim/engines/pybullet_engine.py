@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_sim.bodies.model import Body
-from w2b_sim.bodies.urdf import to_urdf
+from w2b_core.bodies.model import Body
+from w2b_core.bodies.urdf import to_urdf
 from w2b_sim.engines.interface import Frame, Start
 from w2b_sim.engines.quiet_pybullet import pybullet
 from w2b_sim.worlds import World

@@ -12,8 +12,8 @@ from threading import Thread
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_controller.network import Network
-from w2b_sim.bodies.model import Body
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network
 from w2b_sim.engines.interface import Evaluation, Start
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
 from w2b_sim.rollout import rollout

@@ -10,8 +10,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from w2b_controller.network import Network
-from w2b_sim.bodies.model import Body
+from w2b_core.bodies.model import Body
+from w2b_core.network import Network
 from w2b_sim.engines.batched import kernel
 from w2b_sim.engines.batched.compilation import announced, compiled_evaluate, lanes_for
 from w2b_sim.engines.batched.contacts import CONTACT_GAP_M, TOUCH_GAP_M

@@ -1,4 +1,4 @@
-"""The recurrent network inside the compiled call: w2b_controller.network, on SIMD values."""
+"""The recurrent network inside the compiled call: w2b_core.network, on SIMD values."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from math import hypot, isfinite
 
-from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link, Servo, Shape, Sphere
+from w2b_core.bodies.model import Body, Box, Capsule, Joint, Link, Servo, Shape, Sphere
 
 #: Kinds of sensors, as the kernel numbers them.
 TOUCH, POSITION, MOTOR = range(3)

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_sim.bodies.inertia import link_inertia
-from w2b_sim.bodies.model import Body, Box, Capsule, Joint, Link
+from w2b_core.bodies.inertia import link_inertia
+from w2b_core.bodies.model import Body, Box, Capsule, Joint, Link
 from w2b_sim.engines.batched.supported import SENSOR_KINDS, refuse_what_is_not_modelled
 from w2b_sim.worlds import World
 

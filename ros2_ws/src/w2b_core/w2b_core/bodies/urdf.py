@@ -1,0 +1,99 @@
+"""A body as URDF, the robot description that ROS tools, viewers and PyBullet read."""
+
+from __future__ import annotations
+
+from math import isinf
+from xml.etree import ElementTree
+
+import numpy as np
+
+from w2b_core.bodies.inertia import link_inertia
+from w2b_core.bodies.model import Body, Box, Capsule, Link, Shape, Vector
+
+COLOURS = ((0.85, 0.45, 0.15, 1.0), (0.20, 0.45, 0.70, 1.0), (0.15, 0.20, 0.30, 1.0))
+
+
+def to_urdf(body: Body, *, capsule_element: bool = False) -> str:
+    """
+    Return the URDF document of `body`.
+
+    URDF has no capsule: one becomes a cylinder and two spheres. Some readers know a `capsule`
+    element; `capsule_element` writes that, one smooth shape, instead.
+    """
+    robot = ElementTree.Element('robot', name=body.name)
+    for index, colour in enumerate(COLOURS):
+        material = ElementTree.SubElement(robot, 'material', name=f'colour_{index}')
+        ElementTree.SubElement(material, 'color', rgba=_numbers(colour))
+    for link in body.links:
+        _add_link(robot, link, _depth(body, link), capsule_element)
+    for joint in body.joints:
+        speed = max(joint.servo.max_speed_up_rad_s, 0.0)
+        if not isinf(joint.servo.max_speed_down_rad_s):
+            speed = max(speed, joint.servo.max_speed_down_rad_s)
+        element = ElementTree.SubElement(robot, 'joint', name=joint.name, type='revolute')
+        ElementTree.SubElement(element, 'parent', link=joint.parent)
+        ElementTree.SubElement(element, 'child', link=joint.child)
+        ElementTree.SubElement(element, 'origin', xyz=_numbers(joint.origin_m), rpy='0 0 0')
+        ElementTree.SubElement(element, 'axis', xyz=_numbers(joint.axis))
+        ElementTree.SubElement(
+            element, 'limit', lower=_number(joint.lower_rad), upper=_number(joint.upper_rad),
+            effort=_number(joint.servo.max_torque_nm), velocity=_number(speed))
+    ElementTree.indent(robot)
+    return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding='unicode') + '\n'
+
+
+def _add_link(robot: ElementTree.Element, link: Link, depth: int, capsule_element: bool) -> None:
+    element = ElementTree.SubElement(robot, 'link', name=link.name)
+    inertial = ElementTree.SubElement(element, 'inertial')
+    ElementTree.SubElement(inertial, 'origin', xyz=_numbers(link.centre_m), rpy='0 0 0')
+    ElementTree.SubElement(inertial, 'mass', value=_number(link.mass_kg))
+    tensor = link_inertia(link)
+    ElementTree.SubElement(inertial, 'inertia', {
+        'i' + 'xyz'[row] + 'xyz'[column]: _number(tensor[row, column])
+        for row in range(3) for column in range(row, 3)})
+    for kind in ('visual', 'collision'):
+        for tag, size, offset, rpy in _primitives(link.shape, capsule_element):
+            part = ElementTree.SubElement(element, kind)
+            centre = np.asarray(link.centre_m) + offset
+            ElementTree.SubElement(part, 'origin', xyz=_numbers(centre), rpy=_numbers(rpy))
+            geometry = ElementTree.SubElement(part, 'geometry')
+            ElementTree.SubElement(geometry, tag, size)
+            if kind == 'visual':
+                name = f'colour_{min(depth, len(COLOURS) - 1)}'
+                ElementTree.SubElement(part, 'material', name=name)
+
+
+def _primitives(shape: Shape, capsule_element: bool
+                ) -> list[tuple[str, dict[str, str], np.ndarray, Vector]]:
+    """Return (element, its attributes, offset of its centre (3,), roll-pitch-yaw) a primitive."""
+    here, upright = np.zeros(3), (0.0, 0.0, 0.0)
+    if isinstance(shape, Box):
+        return [('box', {'size': _numbers(shape.size_m)}, here, upright)]
+    radius = {'radius': _number(shape.radius_m)}
+    if not isinstance(shape, Capsule):
+        return [('sphere', radius, here, upright)]
+    x, y, z = shape.axis
+    along_z = (0.0, float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x)))
+    tag = 'capsule' if capsule_element else 'cylinder'
+    tube = (tag, {**radius, 'length': _number(shape.length_m)}, here, along_z)
+    if capsule_element:
+        return [tube]
+    end = np.asarray(shape.axis) * (shape.length_m / 2)
+    return [tube, ('sphere', radius, end, upright), ('sphere', radius, -end, upright)]
+
+
+def _depth(body: Body, link: Link) -> int:
+    """Return the number of joints between the base and `link`."""
+    depth, name = 0, link.name
+    parents = {joint.child: joint.parent for joint in body.joints}
+    while name in parents:
+        name, depth = parents[name], depth + 1
+    return depth
+
+
+def _number(value: float) -> str:
+    return repr(float(value))
+
+
+def _numbers(values: Vector | tuple[float, ...] | np.ndarray) -> str:
+    return ' '.join(_number(value) for value in values)

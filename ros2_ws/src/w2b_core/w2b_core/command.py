@@ -1,0 +1,124 @@
+"""Hearing a command: text -> signal for the network, and the answer that the sender gets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from w2b_core.controller.file import Controller
+from w2b_core.status import Level
+from w2b_core.vocabulary import UnknownWordError, Vocabulary, VocabularyError
+
+#: Of a command's text in its answer and in the log.
+CHARACTERS_SHOWN = 300
+#: What ROS puts in the place of bytes that are no UTF-8: a damaged word must not pass for another.
+REPLACEMENT = '\ufffd'
+#: A word whose nearest trained word has a lower cosine is like none of them.
+LIKE_NOTHING = 0.25
+#: Trained words that an answer compares each word with.
+NEAREST_SHOWN = 3
+
+
+@dataclass(frozen=True)
+class Answer:
+    """
+    What became of a command.
+
+    `received` counts the commands so far, so that a sender can tell the answer to its own from an
+    earlier one; `heard` is the text as `quoted` shows it.
+    """
+
+    level: Level
+    message: str
+    received: int
+    heard: str
+    values: Mapping[str, str] = field(default_factory=dict)
+
+
+def quoted(text: str) -> str:
+    """Return the text on one line, and no longer than is shown."""
+    cut = text if len(text) <= CHARACTERS_SHOWN else text[:CHARACTERS_SHOWN - 1] + '…'
+    return ''.join(character if character.isprintable() else ' ' for character in cut)
+
+
+class Ear:
+    """
+    Turns commands into signals with one vocabulary, and knows which words were trained.
+
+    Raises
+    ------
+    VocabularyError
+        If the vocabulary's vectors have another length than those the controller was evolved with.
+
+    """
+
+    def __init__(self, controller: Controller, vocabulary: Vocabulary) -> None:
+        if vocabulary.dimensions != controller.vector_length:
+            raise VocabularyError(
+                f'vocabulary {vocabulary.source}: expected vectors of length '
+                f'{controller.vector_length}, as the controller was evolved with, '
+                f'got {vocabulary.dimensions}')
+        self._vocabulary = vocabulary
+        self._trained = tuple(word.word for word in controller.words)
+        self.received = 0
+        changed = controller.changed_words(vocabulary)
+        self.warning = (f'vectors of {", ".join(changed)} are not those of the training: the '
+                        'behaviour may differ') if changed else ''
+
+    @property
+    def source(self) -> str:
+        """Where the vectors come from."""
+        return self._vocabulary.source
+
+    def greet(self) -> Answer:
+        """Return the answer before any command."""
+        return Answer(Level.OK, 'listening: no command yet', self.received, '',
+                      {'vocabulary': self.source, 'trained': ', '.join(self._trained)})
+
+    def refuse(self, text: str, reason: str) -> Answer:
+        """Count a command and return an ERROR answer with the reason."""
+        self.received += 1
+        return self._refusal(text, reason)
+
+    def hear(self, text: str) -> tuple[Answer, NDArray[np.float64] | None]:
+        """Return the answer and the signal to prime the network with, None if it is refused."""
+        self.received += 1
+        if REPLACEMENT in text:
+            return self._refusal(text, 'command: expected text in UTF-8, got other bytes'), None
+        try:
+            phrase = self._vocabulary.phrase(text)
+        except UnknownWordError as error:
+            return self._refusal(text, str(error), unknown=quoted(error.word),
+                                 suggestions=', '.join(error.suggestions)), None
+        except VocabularyError as error:
+            return self._refusal(text, str(error)), None
+        new = [word for word in phrase.words if word not in self._trained]
+        message = f'following {" ".join(phrase.words)!r}'
+        if new:
+            message += f' (never heard in training: {", ".join(new)})'
+            message += ''.join(map(self._like_nothing, new))
+        if self.warning:
+            message += f'; {self.warning}'
+        values = {'words': ', '.join(phrase.words), 'vocabulary': self.source,
+                  'nearest': '; '.join(map(self._nearest, phrase.words))}
+        return Answer(Level.WARN if self.warning else Level.OK, message, self.received,
+                      quoted(text), values), phrase.signal
+
+    def _refusal(self, text: str, reason: str, **values: str) -> Answer:
+        return Answer(Level.ERROR, quoted(reason), self.received, quoted(text),
+                      {'vocabulary': self.source, **values})
+
+    def _like_nothing(self, word: str) -> str:
+        """Return a note about a word that is like no trained one, else nothing."""
+        for near, cosine in self._vocabulary.neighbours(word, self._trained, 1):
+            if cosine < LIKE_NOTHING:
+                return f'; nothing like {word} was trained (nearest: {near} {cosine:.2f})'
+        return ''
+
+    def _nearest(self, word: str) -> str:
+        """Return the trained words nearest in meaning, with their cosines."""
+        nearest = self._vocabulary.neighbours(word, self._trained, NEAREST_SHOWN)
+        return f'{word}: ' + ', '.join(f'{near} {cosine:.2f}' for near, cosine in nearest)

@@ -1,0 +1,1 @@
+"""The controller file: what a controller is, read and written as validated JSON."""

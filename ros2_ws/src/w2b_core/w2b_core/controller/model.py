@@ -1,0 +1,210 @@
+"""A controller: a network with the body, wiring and words that it was evolved for."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from w2b_core.controller.fields import Text, expect
+from w2b_core.network import Network, State
+
+Array = NDArray[np.float64]
+
+BEHAVIOURS = ('forward', 'backward', 'stop')
+BODIES = ('quadruped', 'quadruped_blind', 'minimal', 'spherical_1dof_sensors',
+          'spherical_1dof_blind', 'spherical_2dof_sensors', 'spherical_2dof_blind',
+          'spherical_1dof_original', 'spherical_2dof_original', 'physical_twin')
+SENSOR_KINDS = ('touch', 'position', 'motor')
+
+
+#: Beyond these a sum of weighted neurons could overflow, and the network would think NaN.
+MAX_WEIGHT = 1e6
+#: No hinge turns farther than once.
+MAX_ANGLE_RAD = 2 * np.pi
+
+
+class WordVectors(Protocol):
+    """What gives words their vectors: a `Vocabulary`."""
+
+    def vector(self, word: str) -> Array:
+        """Return the vector of `word`, or raise ValueError if there is none."""
+
+
+def vector_sha256(vector: Array) -> str:
+    """Return the SHA-256 of a vector's little-endian float32 bytes."""
+    return hashlib.sha256(np.asarray(vector, dtype='<f4').tobytes()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A joint and the motor neuron that drives it; the neuron's -1..1 spans the limits."""
+
+    joint: str
+    lower_rad: float
+    upper_rad: float
+    time_constant: float
+
+
+@dataclass(frozen=True)
+class TrainedWord:
+    """
+    A word of the training set.
+
+    `behaviour` is one of `BEHAVIOURS`, `sha256` the `vector_sha256` of the vector that was heard,
+    `score` the objective's value under this word, None if it was not recorded.
+    """
+
+    word: str
+    behaviour: str
+    sha256: str
+    score: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Controller:
+    """
+    One evolved controller.
+
+    Attributes
+    ----------
+    body
+        One of `BODIES`.
+    network
+        A single controller: hidden weights (H, H + 1 + S), motor weights (M, H).
+    sensors
+        S names in the order of the sensor neurons, as `w2b_core.bodies.model.Body.sensors`.
+    motors
+        M joints in the order of the motor neurons.
+    period_s
+        Of one step of the network.
+    words
+        That the controller was trained on.
+    record
+        How it came about: any JSON object.
+    vector_length
+        Of a word's vector.
+
+    Raises
+    ------
+    ControllerFileError
+        If the parts do not belong together, or a value is not one that a file can hold.
+
+    """
+
+    body: str
+    network: Network
+    sensors: tuple[str, ...]
+    motors: tuple[Motor, ...]
+    period_s: float
+    words: tuple[TrainedWord, ...]
+    record: dict[str, Any] = field(default_factory=dict)
+    vector_length: int = 300
+
+    def __post_init__(self) -> None:
+        """Check what the types alone do not say."""
+        expect(self.body in BODIES, 'body', f'one of {", ".join(BODIES)}', self.body)
+        expect(0 < self.period_s <= 10, 'period_s', 'more than 0 and at most 10 s', self.period_s)
+        expect(self.vector_length >= 1, 'network.vector_length', 'at least 1', self.vector_length)
+        self._check_sensors()
+        self._check_motors()
+        self._check_weights()
+        self._check_words()
+
+    def _check_motors(self) -> None:
+        seen: set[str] = set()
+        for index, motor in enumerate(self.motors):
+            name = f'network.motors[{index}]'
+            expect(_is_name(motor.joint), f'{name}.joint', 'a name', motor.joint)
+            expect(motor.joint not in seen, f'{name}.joint', 'a joint not named before',
+                   motor.joint)
+            seen.add(motor.joint)
+            expect(motor.lower_rad <= motor.upper_rad, f'{name}.upper_rad',
+                   f'at least lower_rad, {motor.lower_rad!r}', motor.upper_rad)
+            expect(max(-motor.lower_rad, motor.upper_rad) <= MAX_ANGLE_RAD, f'{name}.upper_rad',
+                   'limits of at most one turn, 6.2832 rad',
+                   max(-motor.lower_rad, motor.upper_rad))
+            expect(0 < motor.time_constant <= MAX_WEIGHT, f'{name}.time_constant',
+                   f'more than 0 and at most {MAX_WEIGHT:g}', motor.time_constant)
+
+    def _check_sensors(self) -> None:
+        joints = [motor.joint for motor in self.motors]
+        for index, sensor in enumerate(self.sensors):
+            name = f'network.sensors[{index}]'
+            kind, _, place = sensor.partition(':')
+            expect(kind in SENSOR_KINDS and _is_name(place), name,
+                   'touch:LINK, position:JOINT or motor:JOINT', sensor)
+            expect(kind == 'touch' or place in joints, name, 'a joint of network.motors', sensor)
+            expect(sensor not in self.sensors[:index], name, 'a sensor not named before', sensor)
+
+    def _check_weights(self) -> None:
+        hidden, motor = self.network.hidden_weights, self.network.motor_weights
+        expect(hidden.ndim == 2, 'network.hidden_weights', 'one controller, (H, H + 1 + S)',
+               hidden.shape)
+        for name, weights in (('hidden', hidden), ('motor', motor)):
+            expect(bool(np.isfinite(weights).all()), f'network.{name}_weights', 'finite numbers',
+                   Text('NaN or infinity'))
+            expect(bool((np.abs(weights) <= MAX_WEIGHT).all()), f'network.{name}_weights',
+                   f'numbers of at most {MAX_WEIGHT:g}', float(np.abs(weights).max()))
+        count = len(hidden)
+        expect(self.network.sensor_count == len(self.sensors), 'network.hidden_weights',
+               f'rows of {count + 1 + len(self.sensors)} ({count} hidden neurons, 1 auditory, '
+               f'{len(self.sensors)} sensors)', Text(f'rows of {hidden.shape[1]}'))
+        expect(len(motor) == len(self.motors), 'network.motor_weights',
+               f'{len(self.motors)} rows, one for each of network.motors',
+               Text(f'{len(motor)} rows'))
+        constants = tuple(motor.time_constant for motor in self.motors)
+        expect(tuple(self.network.motor_time_constants.tolist()) == constants,
+               'network.motor_time_constants', f'those of the motors, {constants}',
+               self.network.motor_time_constants.tolist())
+
+    def _check_words(self) -> None:
+        seen: set[str] = set()
+        for index, word in enumerate(self.words):
+            name = f'words[{index}]'
+            expect(0 < len(word.word) <= 100 and word.word.isprintable(), f'{name}.word',
+                   '1 to 100 printable characters', word.word)
+            expect(word.word not in seen, f'{name}.word', 'a word not listed before', word.word)
+            seen.add(word.word)
+            expect(word.behaviour in BEHAVIOURS, f'{name}.behaviour',
+                   f'one of {", ".join(BEHAVIOURS)}', word.behaviour)
+            expect(len(word.sha256) == 64 and not set(word.sha256) - set('0123456789abcdef'),
+                   f'{name}.sha256', '64 lower-case hexadecimal digits', word.sha256)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether both are the same to the last bit."""
+        return isinstance(other, Controller) and self._parts() == other._parts()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _parts(self) -> tuple[object, ...]:
+        network = self.network
+        return (self.body, self.sensors, self.motors, self.period_s, self.words, self.record,
+                self.vector_length, network.hidden_weights.shape,
+                network.hidden_weights.tobytes(), network.motor_weights.tobytes())
+
+    def targets_rad(self, state: State) -> Array:
+        """Return the joint angles (..., M) that the motor neurons of `state` ask for."""
+        lower = np.array([motor.lower_rad for motor in self.motors])
+        upper = np.array([motor.upper_rad for motor in self.motors])
+        targets: Array = lower + (state.motors + 1) / 2 * (upper - lower)
+        return targets
+
+    def changed_words(self, vocabulary: WordVectors) -> tuple[str, ...]:
+        """Return the trained words whose vectors are missing in `vocabulary` or are others."""
+        changed = []
+        for word in self.words:
+            try:
+                same = vector_sha256(vocabulary.vector(word.word)) == word.sha256
+            except ValueError:
+                same = False
+            if not same:
+                changed.append(word.word)
+        return tuple(changed)
+
+
+def _is_name(text: str) -> bool:
+    return 0 < len(text) <= 100 and text.isascii() and text.replace('_', 'a').isalnum()

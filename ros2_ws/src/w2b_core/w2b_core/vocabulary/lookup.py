@@ -1,0 +1,257 @@
+"""Words, their vectors, and how near in meaning or spelling words are to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from w2b_core.vocabulary import store
+from w2b_core.vocabulary.errors import (
+    UnknownWordError,
+    VocabularyError,
+    VocabularyFileError,
+)
+from w2b_core.vocabulary.text import spellings, tokens
+
+if TYPE_CHECKING:
+    from gensim.models import KeyedVectors
+
+Array = NDArray[np.float64]
+
+SUGGESTIONS = 3
+#: Least normalised Damerau-Levenshtein similarity of a suggestion.
+LEAST_SIMILARITY = 0.55
+#: Most frequent words among which spellings are searched: among 3 million it takes seconds, in
+#: which a robot would get no answer, and finds words that nobody means.
+SEARCHED_WORDS = 200_000
+
+
+@dataclass(frozen=True)
+class Phrase:
+    """
+    A command as the network hears it.
+
+    Attributes
+    ----------
+    words
+        As the vocabulary spells them, in order.
+    signal: shape (len(words) * D,)
+        Their vectors one after the other.
+
+    """
+
+    words: tuple[str, ...]
+    signal: Array
+
+
+class Vocabulary:
+    """
+    Words with their vectors, looked up as people type them.
+
+    Case, surrounding space and punctuation do not matter. Reading word2vec files and searching the
+    whole vocabulary is gensim's work (`keyed_vectors`); it is imported at the first use, as that
+    takes a second and 80 MB which looking up a word does not need.
+    """
+
+    def __init__(self, name: str, words: list[str], vectors: store.Vectors, *,
+                 scale: float = 1.0, about: store.About | None = None) -> None:
+        if not (np.isfinite(scale) and scale > 0):
+            raise VocabularyError(f'scale: expected a number above 0, got {scale!r}')
+        self.name = name
+        self.words = words
+        self.scale = scale
+        self.about = about
+        self._vectors = vectors
+        self._index = {word: index for index, word in enumerate(words)}
+        if len(self._index) != len(words):
+            raise VocabularyFileError(f'{name}: expected every word once, got '
+                                      f'{len(words) - len(self._index):,} of them twice')
+
+    @classmethod
+    def load(cls, spec: str | Path = store.DEFAULT, scale: float | None = None) -> Vocabulary:
+        """
+        Open a vocabulary.
+
+        Parameters
+        ----------
+        spec
+            'default' (comes with the program), the name of an installed vocabulary, a vocabulary's
+            folder, or a word2vec file (binary or text, also gzipped), which is read into memory.
+        scale
+            Factor for every vector. By default 1, except for word2vec files of vectors of unit
+            length: those are scaled to `DEFAULT_NORM`.
+
+        Raises
+        ------
+        VocabularyFileError
+            If there is no such vocabulary, or it is damaged.
+
+        """
+        folder = _folder(str(spec))
+        if folder is not None:
+            about, words, vectors = store.read_folder(folder)
+            return cls(about.name, words, vectors, scale=1.0 if scale is None else scale,
+                       about=about)
+        from w2b_core.vocabulary import word2vec
+
+        table = word2vec.read(Path(spec))
+        return cls(Path(spec).name, table.words, table.vectors,
+                   scale=word2vec.default_scale(table.vectors) if scale is None else scale)
+
+    def __len__(self) -> int:
+        return len(self.words)
+
+    def __contains__(self, word: object) -> bool:
+        """Return whether `word`, however it is typed, is one word of the vocabulary."""
+        try:
+            return isinstance(word, str) and bool(self.known(word))
+        except VocabularyError:
+            return False
+
+    @property
+    def dimensions(self) -> int:
+        """Length of a vector, D."""
+        return int(self._vectors.shape[1])
+
+    @property
+    def source(self) -> str:
+        """Name and size, for people."""
+        return f'{self.name} ({len(self):,} words)'
+
+    def known(self, word: str) -> str:
+        """
+        Return `word` as the vocabulary spells it.
+
+        Raises
+        ------
+        UnknownWordError
+            If it is not there; names the nearest spellings.
+        VocabularyError
+            If `word` is not one word.
+
+        """
+        found = tokens(word)
+        if len(found) != 1:
+            raise VocabularyError(f'expected one word, got {len(found)}')
+        return self._known(found[0])
+
+    def _known(self, token: str) -> str:
+        candidates = spellings(token)
+        for candidate in candidates:
+            if candidate in self._index:
+                return candidate
+        lower = candidates[0]
+        for word in islice(self.words, SEARCHED_WORDS):  # 'McDonald'
+            if len(word) == len(lower) and word.lower() == lower:
+                return word
+        raise UnknownWordError(lower, self.suggestions(lower), self.source)
+
+    def suggestions(self, word: str, count: int = SUGGESTIONS) -> tuple[str, ...]:
+        """
+        Return the known words that are spelt most like `word`, more frequent ones first.
+
+        Only the `SEARCHED_WORDS` most frequent words are looked at.
+        """
+        from rapidfuzz.distance import OSA
+        from rapidfuzz.process import extract
+
+        found = extract(word, self.words[:SEARCHED_WORDS], scorer=OSA.normalized_similarity,
+                        score_cutoff=LEAST_SIMILARITY, limit=count)
+        return tuple(match for match, _similarity, _index in found)
+
+    def vector(self, word: str) -> Array:
+        """
+        Return the vector (D,) of one word.
+
+        Raises
+        ------
+        UnknownWordError, VocabularyError
+            As `known`; also if the vector on the disk is damaged.
+
+        """
+        return self._vector(self.known(word))
+
+    def _vector(self, known: str) -> Array:
+        vector: Array = self._vectors[self._index[known]].astype(np.float64) * self.scale
+        if not np.isfinite(vector).all():
+            raise VocabularyFileError(f'{self.source}: expected finite numbers for {known!r}, got '
+                                      'NaN or infinity; install the vocabulary again')
+        return vector
+
+    def phrase(self, text: str) -> Phrase:
+        """
+        Return the words of a command and what the network hears: their vectors in order.
+
+        Raises
+        ------
+        UnknownWordError
+            For the first word that is not in the vocabulary.
+        VocabularyError
+            If `text` is no string, too long or has no words.
+
+        """
+        words = tuple(self._known(token) for token in tokens(text))
+        return Phrase(words, np.concatenate([self._vector(word) for word in words]))
+
+    def cosine(self, first: str, second: str) -> float:
+        """Return the cosine of the angle between two words' vectors."""
+        a, b = self.vector(first), self.vector(second)
+        return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b) or 1.0))
+
+    def neighbours(self, word: str, candidates: Iterable[str] | None = None,
+                   count: int | None = None) -> tuple[tuple[str, float], ...]:
+        """
+        Return words and their cosines with `word`, the nearest in meaning first.
+
+        Parameters
+        ----------
+        word
+            One word of the vocabulary.
+        candidates
+            The words to compare with; those that the vocabulary lacks are left out. By default
+            the whole vocabulary but `word` itself.
+        count
+            How many at most: all candidates, or 10 of the whole vocabulary, by default.
+
+        """
+        if candidates is None:
+            found = self.keyed_vectors.most_similar(self.known(word), topn=count or 10)
+            return tuple((near, float(cosine)) for near, cosine in found)
+        pairs = [(other, self.cosine(word, other)) for other in candidates if other in self]
+        return tuple(sorted(pairs, key=lambda pair: -pair[1])[:count])
+
+    @cached_property
+    def keyed_vectors(self) -> KeyedVectors:
+        """The vocabulary as gensim's KeyedVectors (unscaled), for everything that those can do."""
+        from gensim.models import KeyedVectors
+
+        # Float32 on the disk is shared, not copied: the file stays memory-mapped.
+        keyed = KeyedVectors(self.dimensions)
+        keyed.index_to_key = self.words
+        keyed.key_to_index = self._index
+        keyed.vectors = self._vectors if self._vectors.dtype == np.float32 \
+            else self._vectors.astype(np.float32)
+        keyed.next_index = len(self.words)
+        return keyed
+
+
+def _folder(spec: str) -> Path | None:
+    """Return the folder that `spec` means, None if it is a file."""
+    if spec == store.DEFAULT:
+        return store.default_folder()
+    found: Any = store.installed().get(spec)
+    if found is not None or Path(spec).is_dir():
+        return Path(found or spec)
+    if Path(spec).is_file():
+        return None
+    names = ', '.join((store.DEFAULT, *store.installed()))
+    raise VocabularyFileError(
+        f'vocabulary {spec[:200]!r}: expected one of {names}, a folder or a word2vec file, got no '
+        'such name or file; install one with `ros2 run w2b_controller vocabulary install`')

@@ -1,0 +1,24 @@
+"""Install what the nodes share as an ament_python package."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = 'w2b_ros'
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+        (f'share/{package_name}', ['package.xml', 'LICENSE']),
+        (f'share/{package_name}/config', glob('config/*')),
+    ],
+    install_requires=['setuptools', 'numpy'],
+    zip_safe=False,
+    maintainer='the w2b maintainers',
+    maintainer_email='w2b@users.noreply.github.com',
+    description='Life cycle, parameters, messages and diagnostics of the nodes.',
+    license='Apache-2.0',
+)

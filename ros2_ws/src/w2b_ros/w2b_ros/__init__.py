@@ -1,0 +1,1 @@
+"""What all nodes of the robot share: life cycle, parameters, messages, diagnostics."""
