@@ -16,17 +16,17 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
 
-from training.evolution.config import RunConfig
+from training.evolution.afpo import Afpo
+from training.evolution.champion import outcomes
 from training.evolution.engines import make_evaluator
+from training.evolution.objectives import aggregate, scores
 from training.evolution.operators import Layout, random_genomes
-from training.evolution.run import RunResult, run
 from training.evolution.starts import slightly_different
+from training.evolution.treatments import EVOLUTION, generator, treated
 from w2b_core import bodies
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
 from w2b_sim.worlds import WORLDS
@@ -67,7 +67,7 @@ def results_sha256(engine: str, precision: str, body: str, objective: str) -> st
     evaluator = make_evaluator(engine, described, WORLDS[described.world], precision=precision)
     digest = sha256()
     add(digest, evaluation_arrays(fixed_evaluation(evaluator, body, SIZES[engine])))
-    add(digest, evolution_arrays(short_evolution(evaluator, engine, precision, body, objective)))
+    add(digest, short_evolution(evaluator, body, objective, SIZES[engine]))
     return digest.hexdigest()
 
 
@@ -86,36 +86,34 @@ def fixed_evaluation(evaluator: Evaluator, body: str, size: Size) -> Evaluation:
     return evaluator.evaluate(layout.network(genomes), words()[:len(WORDS)], starts)
 
 
-def short_evolution(evaluator: Evaluator, engine: str, precision: str, body: str, objective: str,
-                    directory: Path | None = None, generations: int | None = None) -> RunResult:
-    """Run a short evolution under the control treatment, or go on with it in `directory`."""
-    if directory is None:
-        with TemporaryDirectory(prefix='w2b-results-') as folder:
-            return short_evolution(evaluator, engine, precision, body, objective, Path(folder))
-    size = SIZES[engine]
-    config = RunConfig(body=body, seed=SEED, words=WORDS, held_out=HELD_OUT,
-                       generations=generations or size.generations, population=size.population,
-                       treatment='control', objective=objective, engine=engine,
-                       precision=precision)
+def short_evolution(evaluator: Evaluator, body: str, objective: str,
+                    size: Size) -> list[NDArray[np.float64]]:
+    """
+    Return what comes of a short evolution under the control treatment, in memory.
+
+    The last population's genomes, ages and fitness, then the champion under every word.
+    """
+    layout = Layout.of(bodies.get(body))
     names = [word for word, _behaviour in WORDS + HELD_OUT]
-    return run(config, directory, vectors=dict(zip(names, words(), strict=True)),
-               evaluator=evaluator)
+    behaviours = [behaviour for _word, behaviour in WORDS]
+    heard = treated(dict(zip(names, words(), strict=True)), names, 'control', SEED)
+    afpo = Afpo(layout, generator(SEED, EVOLUTION), capacity=size.population)
+    for _generation in range(size.generations):
+        outcome = evaluator.evaluate(layout.network(afpo.ask()), heard[:len(WORDS)], (Start(),))
+        afpo.tell(aggregate(scores(outcome, behaviours, objective), behaviours, 'sum'))
+    last = afpo.population
+    judged = outcomes(evaluator, layout.network(last.genomes[last.best]), WORDS, HELD_OUT, heard,
+                      (Start(),), objective)
+    return [last.genomes, last.ages.astype(np.float64), last.fitness,
+            np.array([word.score for word in judged]),
+            np.array([word.final_position_m for word in judged]),
+            np.array([word.path_length_m for word in judged])]
 
 
 def evaluation_arrays(outcome: Evaluation) -> list[NDArray[np.float64]]:
     """Return what an evaluation says of every controller, word and start."""
     return [outcome.final_position_m, outcome.path_length_m, outcome.largest_step_m,
             outcome.touch_fraction]
-
-
-def evolution_arrays(result: RunResult) -> list[NDArray[np.float64]]:
-    """Return the champion's weights, what it did, and the history of the run."""
-    network = result.network
-    return [network.hidden_weights, network.motor_weights,
-            np.array([result.fitness, *(word.score for word in result.outcomes)]),
-            np.array([word.final_position_m for word in result.outcomes]),
-            np.array([word.path_length_m for word in result.outcomes]),
-            *(result.history[name] for name in sorted(result.history))]
 
 
 def add(digest: object, arrays: Iterable[NDArray[np.float64]]) -> None:
