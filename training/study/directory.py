@@ -48,6 +48,10 @@ class StudyDirectory:
         """Return the directory of a run."""
         return self.runs / run_id
 
+    def run_directories(self) -> list[Path]:
+        """Return the directories of all runs, finished or not, by name."""
+        return sorted(self.runs.glob('*-*-*-*'))
+
     def summary(self, run_id: str) -> dict[str, Any] | None:
         """Return a finished run's summary, None if the run is not over (StudyError if damaged)."""
         path = self.run_directory(run_id) / 'summary.json'
@@ -167,6 +171,18 @@ def locked(path: Path, what: str, wait_s: float = 0.0) -> Iterator[None]:
         file.write(f'process {os.getpid()} on {socket.gethostname()}')
         file.flush()
         yield
+
+
+def in_use(path: Path) -> bool:
+    """Return whether a process holds the lock file `path`."""
+    try:
+        with open(path, 'rb') as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except FileNotFoundError:
+        return False
+    return False
 
 
 def read_json(path: Path) -> dict[str, Any]:

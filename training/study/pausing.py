@@ -8,12 +8,12 @@ same files. A study that is started while it is paused waits at its first tasks.
 
 from __future__ import annotations
 
-import fcntl
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 from training.evolution.checkpoint import write_json
+from training.study.directory import in_use
 
 SWITCH, WAITING = 'paused', 'waiting'
 #: Between two looks at the switch while a worker waits.
@@ -66,8 +66,5 @@ def at_work(study: Path) -> list[str]:
 def held(study: Path) -> Iterator[Path]:
     """Yield the directories of runs that a worker holds now."""
     for claim in (study / 'runs').glob('*/claim'):
-        with open(claim, 'rb') as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-            except BlockingIOError:
-                yield claim.parent
+        if in_use(claim):
+            yield claim.parent
