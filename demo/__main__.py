@@ -25,13 +25,18 @@ from rich.console import Console
 from rich.table import Table
 
 from demo.pictures import draw_gif, plot_paths
-from demo.robot import Motion, Robot
+from demo.robot import Motion as Watched
+from demo.robot import Robot
 from demo.ros_session import RosSession
 from w2b_core import bodies
+from w2b_core.behaviours import BEHAVIOURS, Bounds
 from w2b_core.controller import file as controller_file
+from w2b_core.outcome import Motion
 from w2b_sim.worlds import WORLDS
 
-WORDS = ('forward', 'stop', 'backward', 'halt')
+#: What is said, and the behaviour that it asks for.
+MEANING = {'forward': 'forward', 'stop': 'stop', 'backward': 'backward', 'halt': 'stop'}
+BOUNDS = Bounds(move_m=0.3, still_m=0.1)
 UNKNOWN_WORD = 'forwrad'
 
 
@@ -58,7 +63,7 @@ def run(out: Path, controller_name: str, console: Console) -> int:
     controller = controller_file.load(controller_file.resolve(controller_name))
     body = bodies.get(controller.body)
     heard = {trained.word for trained in controller.words}
-    motions: dict[str, Motion] = {}
+    motions: dict[str, Watched] = {}
     failures: list[str] = []
     with RosSession(out) as session:
         session.start('sim', body=body.name, world=body.world)
@@ -66,7 +71,7 @@ def run(out: Path, controller_name: str, console: Console) -> int:
         rclpy.init()
         try:
             robot = Robot(session)
-            for word in WORDS:
+            for word in MEANING:
                 console.print(f'[bold]say {word}[/bold]')
                 robot.start_over()
                 accepted, answer = robot.say(word)
@@ -96,7 +101,7 @@ def run(out: Path, controller_name: str, console: Console) -> int:
     return 1 if failures else 0
 
 
-def _show(console: Console, motions: dict[str, Motion], heard: set[str], refusal: str,
+def _show(console: Console, motions: dict[str, Watched], heard: set[str], refusal: str,
           out: Path) -> list[str]:
     """Print and write the table; return what contradicts the words' meaning."""
     table = Table(title='What the robot did in 25 s of simulated time')
@@ -110,7 +115,9 @@ def _show(console: Console, motions: dict[str, Motion], heard: set[str], refusal
         rows.append({'word': word, 'heard_in_training': word in heard, 'x_m': round(float(x), 4),
                      'distance_m': round(distance, 4),
                      'path_length_m': round(motion.path_length_m, 4)})
-        right = {'forward': x > 0.3, 'backward': x < -0.3}.get(word, distance < 0.1)
+        asked = MEANING[word]
+        right = BEHAVIOURS.get(asked).obeyed(
+            Motion(np.asarray(x), np.asarray(distance)), BOUNDS)
         if not right:
             failures.append(f'{word}: the robot ended {x:+.2f} m in x, {distance:.2f} m away')
     table.add_row(UNKNOWN_WORD, 'no such word', '', '', '')

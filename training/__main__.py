@@ -1,6 +1,8 @@
 """
 `python -m training COMMAND ...`: evolution, the study, and what is measured about them.
 
+`--plugin FILE.py`, with any command, adds the bodies and behaviours that the file registers.
+
 Each command is a module with `add_arguments(parser)` and `main(args) -> exit code`, imported only
 when its command is given. A command may have two words.
 """
@@ -11,6 +13,8 @@ import argparse
 import importlib
 import sys
 from collections.abc import Sequence
+
+from w2b_core.registry import PluginError, load_plugins, use_plugin
 
 #: Command -> (module, what it does). A command's own --help says more.
 COMMANDS = {
@@ -33,11 +37,27 @@ COMMANDS = {
 }
 
 
+def _with_plugins(arguments: Sequence[str]) -> list[str]:
+    """Load what `--plugin FILE.py` names, before any list of choices is made; return the rest."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument('--plugin', action='append', default=[])
+    found, rest = parser.parse_known_args(arguments)
+    for path in found.plugin:
+        use_plugin(path)
+    load_plugins()
+    return rest
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        arguments = _with_plugins(arguments)
+    except PluginError as error:
+        print(f'--plugin: {error}', file=sys.stderr)
+        return 2
     parser = argparse.ArgumentParser(
-        prog='python -m training', description=__doc__.partition('\n\n')[0].strip('\n'),
+        prog='python -m training', description=__doc__.partition('\n\nEach')[0].strip('\n'),
         formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
     if ' '.join(arguments[:2]) in COMMANDS:

@@ -9,7 +9,6 @@ from w2b_core import bodies
 from w2b_core.bodies.inertia import inertia, link_inertia
 from w2b_core.bodies.model import Box, Capsule, Sphere
 from w2b_core.bodies.urdf import to_urdf
-from w2b_core.controller.file import BODIES
 from w2b_sim import print_urdf
 from w2b_sim.engines.interface import Start
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
@@ -18,10 +17,6 @@ from w2b_sim.worlds import WORLDS
 
 every_body = pytest.mark.parametrize('body', [bodies.get(name) for name in bodies.names()],
                                      ids=bodies.names())
-
-
-def test_controllers_may_name_exactly_the_registered_bodies():
-    assert set(BODIES) == set(bodies.names())
 
 
 def test_an_unknown_body_is_refused_with_the_names_there_are():

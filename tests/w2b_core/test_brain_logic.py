@@ -75,7 +75,7 @@ def test_a_command_primes_and_the_targets_are_the_motors_before_each_step(brain,
     for number in range(1, 20):
         touching = (number % 2 == 0, True, False, number % 3 == 0)
         targets = brain.sense(frame(number, touching))
-        assert np.array_equal(targets.position_rad, controller.targets_rad(state))
+        assert np.array_equal(targets.position_rad, controller.targets_rad(state.motors))
         assert targets.joints == tuple(motor.joint for motor in controller.motors)
         assert targets.period_s == controller.period_s
         state = network.step(controller.network, state, np.array(touching, dtype=float))
@@ -89,7 +89,7 @@ def test_several_words_are_heard_one_after_the_other(brain, frame, controller, v
     state = network.prime(controller.network, signal)
     brain.sense(frame(1, (False,) * 4))
     state = network.step(controller.network, state, np.zeros(4))
-    assert np.array_equal(brain.sense(frame(2)).position_rad, controller.targets_rad(state))
+    assert np.array_equal(brain.sense(frame(2)).position_rad, controller.targets_rad(state.motors))
 
 
 def test_a_new_word_in_mid_motion_starts_from_its_own_priming(controller, vocabulary, frame,
@@ -146,7 +146,7 @@ def test_an_accepted_word_is_answered_with_the_nearest_trained_words(brain):
     word, nearest = answer.values['nearest'].split(': ')
     assert word == 'halt'
     assert float(nearest.split(', ')[0].split()[1]) > 0.5
-    assert '6,000 words' in answer.values['vocabulary']
+    assert '26,423 words' in answer.values['vocabulary']
     assert 'never heard' not in brain.hear('stop').message
 
 

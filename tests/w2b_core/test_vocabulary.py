@@ -1,5 +1,6 @@
 """The vocabulary: what it holds, how words are found, and what is refused."""
 
+import hashlib
 import json
 import os
 import subprocess
@@ -46,8 +47,20 @@ def one_line(error: BaseException) -> str:
 
 
 def test_default_has_enough_words_in_little_space(default):
-    assert len(default) >= 5000
-    assert sum(path.stat().st_size for path in store.default_folder().iterdir()) <= 4_000_000
+    assert len(default) >= 20_000
+    assert sum(path.stat().st_size for path in store.default_folder().parent.rglob('*')) \
+        <= 10_000_000
+
+
+def test_first_words_have_the_vectors_that_controllers_carry_the_hashes_of(default):
+    """The default vocabulary of the first champions, to the bit."""
+    assert len(default.exact_words) == 6000
+    assert hashlib.sha256((store.default_folder() / 'vectors.npy').read_bytes()).hexdigest() \
+        == 'd8d2adbc52aa1640b4f6fd099680ab83953be74f087ad02bf92379854b49d572'
+    assert hashlib.sha256('\n'.join([*default.exact_words, '']).encode()).hexdigest() \
+        == 'a033df89941ee0cf0d53116295da5cc649fa613a0d8c5a6ae75b5a196d72c0b5'
+    np.testing.assert_array_equal(default.vector('halt'), np.load(
+        store.default_folder() / 'vectors.npy')[default.words.index('halt')].astype(float))
 
 
 def test_default_holds_the_paper_and_what_its_source_has_of_the_behaviour_words(default):

@@ -276,3 +276,64 @@ def test_no_sequence_of_inputs_breaks_a_limit(sequence):
             rig.target = arguments[1]
             for _ in range(arguments[0]):
                 look(rig.frame(), True)
+
+
+def test_every_arming_park_relax_and_fault_begins_an_epoch(rig):
+    epochs = [rig.safety.epoch]
+
+    def began():
+        epochs.append(rig.safety.epoch)
+        assert len(set(epochs)) == len(epochs)
+    rig.armed()
+    began()
+    rig.frames(1.0)
+    assert rig.safety.epoch == epochs[-1], 'following is the same epoch as arming'
+    rig.frame(0.2, answered=False)
+    assert rig.safety.state is State.HOLD
+    rig.frame()
+    assert rig.safety.epoch == epochs[-1], 'holding is the same epoch'
+    rig.safety.park('asked to', rig.now_s)
+    began()
+    rig.frames(3.0)
+    assert rig.safety.state is State.DISARMED
+    began()
+    rig.active()
+    began()
+    rig.safety.fault('because')
+    began()
+    rig.active()
+    began()
+    rig.safety.relax('the frames ended')
+    began()
+
+
+def test_a_word_of_another_epoch_keeps_the_robot_alive_and_moves_nothing(rig):
+    rig.target = (0.4,) * JOINTS
+    before = rig.safety.epoch
+    rig.safety.take_target(rig.target, rig.now_s, before)
+    assert rig.safety.arm(rig.now_s) is None
+    for _ in range(60):
+        rig.now_s += FRAME_S
+        rig.safety.take_target(rig.target, rig.now_s, before)
+        command = rig.safety.step(rig.now_s)
+        rig.safety.confirm()
+        assert command.position_rad == LIMITS.park_rad
+    assert rig.safety.state is State.ACTIVE
+    rig.safety.take_target(rig.target, rig.now_s, rig.safety.epoch)
+    assert rig.frame(answered=False).position_rad != LIMITS.park_rad
+
+
+def test_a_pose_taken_before_arming_is_not_gone_to_after_it(rig):
+    rig.target = (0.4,) * JOINTS
+    rig.armed()
+    for _ in range(40):
+        rig.now_s += FRAME_S
+        rig.safety.take_target(rig.target, rig.now_s, 'earlier')
+        command = rig.safety.step(rig.now_s)
+        rig.safety.confirm()
+    assert rig.safety.state is State.ACTIVE
+    assert command.position_rad == LIMITS.park_rad
+
+
+def test_two_sessions_share_no_epoch():
+    assert Safety(LIMITS, 'a').epoch != Safety(LIMITS, 'b').epoch

@@ -7,9 +7,10 @@ from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from training.evolution.engines import ENGINES, PRECISIONS
-from training.evolution.objectives import AGGREGATES, BEHAVIOURS, OBJECTIVES
+from training.evolution.objectives import AGGREGATES, OBJECTIVES
 from training.evolution.treatments import TREATMENTS, Words
 from w2b_core import bodies
+from w2b_core.behaviours import BEHAVIOURS
 from w2b_sim.worlds import WORLDS
 
 

@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core import bodies
 from w2b_core.bodies.model import Body
 from w2b_core.network import Network
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
@@ -56,6 +57,19 @@ def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'flo
     batched: Evaluator = BatchedEngine(body, world, precision=precision, threads=threads,
                                        say=say)
     return batched
+
+
+def refuse_unsupported(engine: str, body: str) -> None:
+    """Raise ValueError, with the file that registered `body`, if `engine` does not model it."""
+    if engine != 'batched':
+        return
+    from w2b_sim.engines.batched.supported import refuse_what_is_not_modelled
+
+    try:
+        refuse_what_is_not_modelled(bodies.get(body))
+    except ValueError as error:
+        origin = bodies.BODIES.origin(body)
+        raise ValueError(f'{origin}: {error}' if origin else str(error)) from None
 
 
 class TimedEvaluator:

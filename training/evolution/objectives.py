@@ -14,76 +14,55 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from w2b_sim.engines.interface import Evaluation
+from w2b_core.behaviours import BEHAVIOURS, Behaviour
+from w2b_core.outcome import Outcome
 
 Array = NDArray[np.float64]
 
-BEHAVIOURS = ('forward', 'backward', 'stop')
 #: A step longer than this is no gait but an explosion: the command scores 0.
 LARGEST_STEP_M = 0.1
 #: A sum above this, or one that is not finite, counts as 0.
 LARGEST_SUM = 30.0
 
-Score = Callable[[Array, Array], Array]
-
-
-def forward(final_position_m: Array, path_length_m: Array) -> Array:
-    """Return +x at the end, from positions (..., 3): shape (...). Paper, section II-A."""
-    return np.asarray(final_position_m)[..., 0]
-
-
-def backward(final_position_m: Array, path_length_m: Array) -> Array:
-    """Return -x at the end, from positions (..., 3): shape (...). Paper, section II-A."""
-    return -np.asarray(final_position_m)[..., 0]
-
-
-def still(final_position_m: Array, path_length_m: Array) -> Array:
-    """Return minus the length of the path in x-y (...): the original program's `stop`."""
-    return -np.asarray(path_length_m)
-
-
-def near(final_position_m: Array, path_length_m: Array) -> Array:
-    """Return minus the final x-y distance from the start: `stop` in the paper, section II-A."""
-    position = np.asarray(final_position_m)
-    return -np.hypot(position[..., 0], position[..., 1])
-
-
-#: Objective -> behaviour -> score. `program`: what the published program computed. `paper`: what
-#: the paper says of its main experiment. `balanced`: what the paper says of its balanced one, where
-#: `stop` is judged by total movement, as the program always did.
-OBJECTIVES: dict[str, dict[str, Score]] = {
-    'program': {'forward': forward, 'backward': backward, 'stop': still},
-    'paper': {'forward': forward, 'backward': backward, 'stop': near},
-    'balanced': {'forward': forward, 'backward': backward, 'stop': still},
+#: Objective -> what a behaviour is worth, (C, W, K). `program`: what the published program
+#: computed. `paper`: what the paper says of its main experiment, where `stop` is judged by the
+#: final distance. `balanced`: what the paper says of its balanced one, where `stop` is judged by
+#: total movement, as the program always did.
+OBJECTIVES: dict[str, Callable[[Behaviour, Outcome], Array]] = {
+    'program': lambda behaviour, outcome: behaviour.worth(outcome),
+    'paper': lambda behaviour, outcome: behaviour.progress(outcome.motion),
+    'balanced': lambda behaviour, outcome: behaviour.worth(outcome),
 }
 
 
-def scores(evaluation: Evaluation, behaviours: Sequence[str], objective: str) -> Array:
+def scores(outcome: Outcome, behaviours: Sequence[str], objective: str) -> Array:
     """
     Return what each controller earned under each word, shape (C, W), averaged over the starts.
 
     Parameters
     ----------
-    evaluation
+    outcome
         Of C controllers under W words from K starts.
     behaviours
         The behaviour that each word asks for (W,).
     objective
-        A key of `OBJECTIVES` (ValueError otherwise).
+        A key of `OBJECTIVES`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such objective or behaviour, or the engine does not tell what it needs.
 
     """
     if objective not in OBJECTIVES:
         raise ValueError(f'objective: expected one of {", ".join(OBJECTIVES)}, got {objective!r}')
-    kinds = OBJECTIVES[objective]
-    unknown = sorted(set(behaviours) - set(kinds))
-    if unknown:
-        raise ValueError(f'behaviours: expected some of {", ".join(kinds)}, got {unknown[0]!r}')
-    position, path = evaluation.final_position_m, evaluation.path_length_m
+    worth = OBJECTIVES[objective]
+    asked = {name: BEHAVIOURS.get(name) for name in behaviours}
     with np.errstate(invalid='ignore', over='ignore'):
-        earned = np.stack([kinds[behaviour](position[:, word], path[:, word])
-                           for word, behaviour in enumerate(behaviours)], axis=1)
-        sound = (np.isfinite(earned) & np.isfinite(position[..., :2]).all(axis=-1)
-                 & (evaluation.largest_step_m <= LARGEST_STEP_M))
+        columns = {name: worth(behaviour, outcome) for name, behaviour in asked.items()}
+        earned = np.stack([columns[name][:, word] for word, name in enumerate(behaviours)], axis=1)
+        sound = (np.isfinite(earned) & np.isfinite(outcome.final_position_m[..., :2]).all(axis=-1)
+                 & (outcome.largest_step_m <= LARGEST_STEP_M))
         mean: Array = np.where(sound, earned, 0.0).mean(axis=-1)
     return mean
 
@@ -103,7 +82,7 @@ def worst(word_scores: ArrayLike, behaviours: Sequence[str]) -> Array:
     stay apart because no stop scores above 0: their common minimum would reward no walking.
     """
     word_scores = np.asarray(word_scores, dtype=np.float64)
-    moves = np.array([behaviour != 'stop' for behaviour in behaviours])
+    moves = np.array([BEHAVIOURS.get(behaviour).moves for behaviour in behaviours])
     fitness = np.zeros(word_scores.shape[:-1])
     for kind in (moves, ~moves):
         if kind.any():

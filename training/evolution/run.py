@@ -26,7 +26,7 @@ from training.evolution import checkpoint, rundir, treatments
 from training.evolution.afpo import Afpo
 from training.evolution.champion import WordOutcome, outcomes, write_champion
 from training.evolution.config import RunConfig
-from training.evolution.engines import TimedEvaluator, make_evaluator
+from training.evolution.engines import TimedEvaluator, make_evaluator, refuse_unsupported
 from training.evolution.objectives import aggregate, scores
 from training.evolution.operators import Layout, random_genomes
 from training.evolution.rundir import RunConflictError, RunDirectory
@@ -138,6 +138,8 @@ def run(config: RunConfig, directory: Path | str,
     identity = {'config': config.to_json(), **(program or {'program_version': __version__}),
                 'vectors': {name: treatments.vector_hash(vector)
                             for name, vector in zip(names, heard, strict=True)}}
+    if evaluator is None:
+        refuse_unsupported(config.engine, config.body)
     with RunDirectory(Path(directory), identity) as place:
         finished = place.path / rundir.SUMMARY
         if finished.exists() and _summary(finished)['generations'] == config.generations:
@@ -171,7 +173,7 @@ def load_result(directory: Path | str) -> RunResult:
     try:
         return RunResult(
             RunConfig.from_json(summary['config']),
-            controller_file.load(path / rundir.CHAMPION).network, summary['fitness'],
+            controller_file.load(path / rundir.CHAMPION).serial, summary['fitness'],
             tuple(WordOutcome.from_json(value) for value in summary['outcomes']), history,
             summary['evaluations'], summary['seconds'])
     except controller_file.ControllerFileError as error:

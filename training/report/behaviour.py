@@ -13,9 +13,12 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from training.evolution.treatments import WORD_SETS
 from training.report.comparisons import right
 
-BEHAVIOURS = ('forward', 'backward', 'stop')
+#: What the study's words ask for, in the paper's order.
+BEHAVIOURS = tuple(dict.fromkeys(
+    behaviour for words in WORD_SETS['paper'] for _word, behaviour in words))
 #: Edges between bins of cosines to the nearest stop command.
 BINS = (0.1, 0.2, 0.3, 0.5)
 KEYS = ['run', 'word_set', 'body', 'treatment']

@@ -16,6 +16,8 @@ import pandas as pd
 from training.evolution.objectives import LARGEST_STEP_M
 from training.report.published import TITLES, title
 from training.report.statistics import Comparison, Sample
+from w2b_core.behaviours import BEHAVIOURS, Bounds
+from w2b_core.outcome import Motion
 
 GROUPS = ('move', 'stop', 'test')
 TREATMENTS = ('control', 'experimental')
@@ -155,11 +157,16 @@ def right(word_class: pd.Series, final_x_m: pd.Series, displacement_m: pd.Series
     """
     Return whether each outcome is what its word asks for.
 
-    forward: x above the threshold; backward: x below minus it; stop: no farther away than it. An
+    The threshold is that of a move and of standing still (`w2b_core.behaviours`). An
     outcome that is not finite, or in which the simulator exploded, is never right.
     """
     whole = ((largest_step_m <= LARGEST_STEP_M) & np.isfinite(final_x_m)
              & np.isfinite(displacement_m))
-    return whole & (((word_class == 'forward') & (final_x_m > threshold_m))
-                    | ((word_class == 'backward') & (final_x_m < -threshold_m))
-                    | ((word_class == 'stop') & (displacement_m <= threshold_m)))
+    motion = Motion(final_x_m.to_numpy(float), displacement_m.to_numpy(float))
+    threshold = threshold_m.to_numpy(float)
+    bounds = Bounds(move_m=threshold, still_m=threshold)
+    obeyed = np.zeros(len(word_class), dtype=bool)
+    for name in word_class.unique():
+        asked = (word_class == name).to_numpy()
+        obeyed |= asked & BEHAVIOURS.get(str(name)).obeyed(motion, bounds)
+    return whole & obeyed

@@ -17,8 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from training.evolution.starts import slightly_different
 from training.evolution.treatments import GATE, Words, generator
+from w2b_core.behaviours import BEHAVIOURS, Bounds
 from w2b_core.bodies.model import Body
 from w2b_core.network import Network
+from w2b_core.outcome import Motion
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
 from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator
 from w2b_sim.worlds import World
@@ -119,10 +121,8 @@ def later(network: Network, body: Body, world: World, words: Words,
 def _outcome(evaluator: Evaluator, network: Network, words: Sequence[str],
              vectors: Mapping[str, ArrayLike], starts: Sequence[Start]) -> Evaluation:
     """Return the outcome (1, W, K) of one controller."""
-    batch = Network(network.hidden_weights[None], network.motor_weights[None],
-                    network.motor_time_constants)
     signals = np.array([np.asarray(vectors[word], dtype=np.float64) for word in words])
-    return evaluator.evaluate(batch, signals, starts)
+    return evaluator.evaluate(network.batched(), signals, starts)
 
 
 def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float,
@@ -144,8 +144,8 @@ def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float,
         median, low, high = (float(value) for value in np.quantile(x, [0.5, 0.25, 0.75]))
         ordered = np.sort(distance)
         p90 = float(ordered[int(np.ceil(0.9 * len(ordered))) - 1])
-        passed = {'forward': median >= move_m, 'backward': median <= -move_m,
-                  'stop': p90 <= STOP_DISTANCE_M}[behaviour]
+        passed = bool(BEHAVIOURS.get(behaviour).obeyed(
+            Motion(np.asarray(median), np.asarray(p90)), Bounds(move_m, STOP_DISTANCE_M)))
         table.append(Row(word, behaviour, index < len(words), median, low, high, p90,
                          float(np.median(np.where(exploded, 0.0, outcome.path_length_m[0, index]))),
                          int(exploded.sum()), passed,
@@ -179,9 +179,8 @@ def shorter_way(table: Sequence[Row]) -> float:
 
 def score(row: Row) -> float:
     """Return the `paper` objective's score of a row's median: progress, or minus the distance."""
-    if row.behaviour == 'stop':
-        return -min(row.p90_distance_m, EXPLODED_M)
-    return row.median_x_m * (1 if row.behaviour == 'forward' else -1)
+    return float(BEHAVIOURS.get(row.behaviour).progress(Motion(
+        np.asarray(row.median_x_m), np.asarray(min(row.p90_distance_m, EXPLODED_M)))))
 
 
 def to_json(table: Sequence[Row]) -> list[dict[str, Any]]:

@@ -83,7 +83,7 @@ def test_fitness_is_always_a_number_no_greater_than_30(row, kind):
 def test_unknown_names_are_refused_with_the_known_ones():
     with pytest.raises(ValueError, match=r"objective: expected .*program.*balanced, got 'x'"):
         scores(outcome(0, 0, 0, 0), WORDS, 'x')
-    with pytest.raises(ValueError, match=r"behaviours: expected some of .*, got 'jump'"):
+    with pytest.raises(ValueError, match=r"unknown behaviour 'jump': expected one of stop, "):
         scores(outcome(0, 0, 0, 0), ('jump',) * 4, 'program')
     with pytest.raises(ValueError, match="aggregate: expected one of sum, worst, got 'x'"):
         aggregate([[0.0]], ('stop',), 'x')

@@ -14,10 +14,11 @@ from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from w2b_core.body_status import TOPIC, BodyStatus, BodyStatusError, mark
 from w2b_core.brain import Brain, Targets
 from w2b_core.command import Answer
 from w2b_core.controller import file as controller_file
@@ -47,6 +48,8 @@ PARAMETERS = (
               'default (embedded), name of an installed one, or path of a word2vec file.'),
     Parameter('frame_timeout', 0.5, 'Seconds without a sensor frame until they count as lost.',
               (0.05, 60.0)),
+    Parameter('command_timeout', 0.0, 'Seconds that a word lasts; then the robot stands until it '
+              'is said again. 0: as long as nothing else ends it.', (0.0, 86400.0)),
     Parameter('claim_wait', 1.0, 'Seconds after its start that a brain looks for another one '
               'before it sends targets.', (0.0, 60.0)),
     Parameter('command_topic', 'command', 'Words to hear (std_msgs/String).'),
@@ -55,6 +58,10 @@ PARAMETERS = (
     Parameter('joint_states_topic', 'joint_states', 'Measured joints (sensor_msgs/JointState).'),
     Parameter('contacts_topic', 'contacts',
               'Touch sensors, 1 while they touch (sensor_msgs/JointState).'),
+    Parameter('imu_topic', 'imu/data',
+              'Attitude (sensor_msgs/Imu), for controllers that sense it.'),
+    Parameter('body_status_topic', TOPIC,
+              'How the body is (diagnostic_msgs/DiagnosticStatus, latched).'),
     Parameter('joint_trajectory_topic', 'joint_trajectory',
               'Where the joints shall go (trajectory_msgs/JointTrajectory).'),
     Parameter('diagnostics_topic', '/diagnostics', 'How the brain is.', fixed=True),
@@ -82,6 +89,9 @@ class BrainNode(ManagedNode):
     def _text(self, name: str) -> str:
         return str(self.get_parameter(name).value)
 
+    def _number(self, name: str) -> float:
+        return float(self.get_parameter(name).value)
+
     def _topic(self, name: str) -> str:
         """Return the full name of a topic parameter (StartError if it is none)."""
         topic = self._text(f'{name}_topic')
@@ -107,7 +117,8 @@ class BrainNode(ManagedNode):
         assert self._vocabulary is not None
         self._look_for_another_brain()
         self._brain = Brain(self._controller, self._vocabulary, clock=time.monotonic,
-                            frame_timeout_s=float(self.get_parameter('frame_timeout').value))
+                            frame_timeout_s=self._number('frame_timeout'),
+                            command_timeout_s=self._number('command_timeout'))
         self._targets = self.create_publisher(
             JointTrajectory, self._topic('joint_trajectory'), TARGETS)
         self._answers = self.create_publisher(
@@ -116,10 +127,15 @@ class BrainNode(ManagedNode):
         self._ears = [
             self.create_subscription(String, self._topic('command'), self._on_command, COMMANDS),
             self.create_subscription(JointState, self._topic('joint_states'),
-                                     self._on_joint_states, FRAMES_IN)]
+                                     self._on_joint_states, FRAMES_IN),
+            self.create_subscription(DiagnosticStatus, self._topic('body_status'),
+                                     self._on_body_status, LATCHED)]
         if self._brain.uses_contacts:
             self._ears.append(self.create_subscription(
                 JointState, self._topic('contacts'), self._on_contacts, FRAMES_IN))
+        if self._brain.uses_imu:
+            self._ears.append(self.create_subscription(
+                Imu, self._topic('imu'), self._on_imu, FRAMES_IN))
 
     def deactivate(self) -> None:
         """Neither listen nor answer: the body gets no more targets."""
@@ -163,6 +179,24 @@ class BrainNode(ManagedNode):
         else:
             self.get_logger().warning(line)
 
+    def _on_body_status(self, message: DiagnosticStatus) -> None:
+        if self._brain is None:
+            return
+        try:
+            status = BodyStatus.from_values({item.key: item.value for item in message.values})
+        except BodyStatusError as error:
+            self.get_logger().warning(f'ignored: {error}', throttle_duration_sec=5.0)
+            return
+        self._brain.body(status)
+        self._tell_if_stopped()
+
+    def _tell_if_stopped(self) -> None:
+        """Take back the answer to a word that ended by itself."""
+        answer = None if self._brain is None else self._brain.stopped()
+        if answer is not None:
+            self._publish_answer(answer)
+            self.get_logger().warning(answer.message)
+
     def _publish_answer(self, answer: Answer) -> None:
         values = {'received': str(answer.received), 'text': answer.heard, **answer.values}
         self._answers.publish(to_diagnostic(
@@ -178,7 +212,18 @@ class BrainNode(ManagedNode):
             self._send(self._brain.contacts(
                 stamp_ns(message.header.stamp), message.name, message.position))
 
+    def _on_imu(self, message: Imu) -> None:
+        if self._brain is not None and not self._check_rival():
+            orientation, turn = message.orientation, message.angular_velocity
+            # REP-145: a covariance that begins with -1 is that of a field that is not reported.
+            known = message.orientation_covariance[0] != -1.0
+            self._send(self._brain.imu(
+                stamp_ns(message.header.stamp),
+                (orientation.x, orientation.y, orientation.z, orientation.w) if known else None,
+                (turn.x, turn.y, turn.z)))
+
     def _send(self, targets: Targets | None) -> None:
+        self._tell_if_stopped()
         if targets is None:
             return
         seconds, rest = divmod(round(targets.period_s * NS_PER_S), NS_PER_S)
@@ -187,6 +232,7 @@ class BrainNode(ManagedNode):
             points=[JointTrajectoryPoint(positions=targets.position_rad.tolist(),
                                          time_from_start=Duration(sec=seconds, nanosec=rest))])
         message.header.stamp = to_stamp(targets.stamp_ns)
+        message.header.frame_id = mark(targets.word_epoch)
         self._targets.publish(message)
 
     def _check_rival(self) -> bool:
@@ -198,6 +244,7 @@ class BrainNode(ManagedNode):
         if rival != self._rival:
             self._rival = rival
             self._brain.stand('another brain was active')
+            self._tell_if_stopped()
         return rival
 
     def _hardware_id(self) -> str:

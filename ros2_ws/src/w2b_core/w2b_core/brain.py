@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core import network as neural
-from w2b_core import periphery
-from w2b_core.command import Answer, Ear
+from w2b_core import senses
+from w2b_core.body_status import BodyStatus
+from w2b_core.command import Answer, Listener
 from w2b_core.controller.file import Controller
 from w2b_core.frame_stream import FrameStream, Verdict
+from w2b_core.mind import mind_of
 from w2b_core.sensor_frames import FrameAssembler, FrameError, OtherBodyError, SensorFrame
 from w2b_core.status import Level, Status
 from w2b_core.vocabulary import Vocabulary
@@ -26,12 +27,18 @@ COUNTED = ('answered', 'repeated', 'stale', 'malformed', 'other_body', 'restarts
 
 @dataclass(frozen=True)
 class Targets:
-    """Where the joints shall go, in answer to the frame with this stamp."""
+    """
+    Where the joints shall go, in answer to the frame with this stamp.
+
+    `word_epoch` is the epoch of the body in which the word was said that they follow: empty if its
+    state was not known then, None if they follow no word.
+    """
 
     stamp_ns: int
     joints: tuple[str, ...]
     position_rad: NDArray[np.float64]
     period_s: float
+    word_epoch: str | None = None
 
 
 @dataclass(frozen=True)
@@ -48,8 +55,10 @@ class Brain:
     One controller with its vocabulary, closing the loop one frame at a time.
 
     The targets that answer a frame are the motor neurons *before* the network hears that frame's
-    sensors, as in the original program. Before any command, and after a stream of frames that
-    started over, the motors are held at 0 and the robot stands.
+    sensors, as in the original program. Before any command the motors are held at 0 and the robot
+    stands; so it does again, until a new word is said, when the body began a new epoch, when frames
+    started over or were missing for `frame_timeout_s` of their own time, and when the word is older
+    than `command_timeout_s`.
 
     Parameters
     ----------
@@ -57,38 +66,75 @@ class Brain:
         What it thinks with and what it understands.
     frame_timeout_s
         Without a frame for this long the stream counts as lost.
+    command_timeout_s
+        How long a word lasts; 0 for as long as nothing else ends it.
     clock
         Monotonic seconds.
 
     """
 
     def __init__(self, controller: Controller, vocabulary: Vocabulary, *, frame_timeout_s: float,
-                 clock: Callable[[], float]) -> None:
+                 clock: Callable[[], float], command_timeout_s: float = 0.0) -> None:
         self.controller = controller
-        self._ear = Ear(controller, vocabulary)
+        self._ear = Listener(controller, vocabulary)
         self._clock = clock
+        self._frame_timeout_s = frame_timeout_s
+        self._command_timeout_s = command_timeout_s
+        self._body: BodyStatus | None = None
+        #: Epoch that the word was said in, empty if the body's state was not known then.
+        self._word_epoch = ''
+        self._heard_at_s = clock()
+        self._stopped: Answer | None = None
+        self._answer: Answer | None = None
         self._joints = tuple(motor.joint for motor in controller.motors)
-        links = tuple(source for kind, source in map(periphery.split, controller.sensors)
+        links = tuple(source for kind, source in map(senses.split, controller.sensors)
                       if kind == 'touch')
-        self._assembler = FrameAssembler(self._joints, links)
+        self._assembler = FrameAssembler(self._joints, links, imu=self.uses_imu)
         self._stream = FrameStream(controller.period_s, frame_timeout_s, clock)
         self._counts: Counter[str] = Counter()
         self._problem: Problem | None = None
         self._doing = 'standing: no command yet'
-        self._state: neural.State | None = None
+        self._mind = mind_of(controller)
         self._last: Targets | None = None
 
     @property
     def uses_contacts(self) -> bool:
         """Whether the network has touch sensors, so that frames include `contacts`."""
-        return any(sensor.startswith('touch:') for sensor in self.controller.sensors)
+        return 'contacts' in self.controller.topics
+
+    @property
+    def uses_imu(self) -> bool:
+        """Whether the network senses heading, turn or tilt, so that frames include `imu/data`."""
+        return 'imu/data' in self.controller.topics
 
     def hear(self, text: str) -> Answer:
         """Prime the network with a command; a refused one changes nothing but the answer."""
-        answer, signal = self._ear.hear(text)
-        if signal is not None:
-            self._state = neural.prime(self.controller.network, signal)
+        answer, heard = self._ear.hear(text)
+        if heard is not None:
+            self._mind.hear(heard)
             self._doing = f'following {answer.values["words"]!r}'
+            self._word_epoch = '' if self._body is None else self._body.epoch
+            self._heard_at_s = self._clock()
+            self._answer = answer
+        return answer
+
+    def body(self, status: BodyStatus) -> None:
+        """Take what the body says of itself: a new epoch ends the word said before it."""
+        before, self._body = self._body, status
+        if not self._mind.follows or status.epoch == self._word_epoch:
+            return
+        first = before is None and not status.needs_arming
+        if first or self._clock() - self._heard_at_s < status.epoch_age_s:
+            # The word was said in this epoch, which the brain learns of only now; or to the first
+            # simulation there is, which starts more slowly than its brain.
+            self._word_epoch = status.epoch
+            return
+        self.stand(f'the body is {status.state} ({status.reason}) since the last word: '
+                   'say it again to go on')
+
+    def stopped(self) -> Answer | None:
+        """Return, once, the answer that takes the place of that to a word which ended by itself."""
+        answer, self._stopped = self._stopped, None
         return answer
 
     def refuse(self, text: str, reason: str) -> Answer:
@@ -101,7 +147,9 @@ class Brain:
 
     def stand(self, reason: str) -> None:
         """Forget the command; the robot stands until the next one."""
-        self._state = None
+        if self._mind.follows and self._answer is not None:
+            self._stopped = replace(self._answer, level=Level.WARN, message=f'standing: {reason}')
+        self._mind.forget()
         self._doing = f'standing: {reason}'
 
     def joint_states(self, stamp_ns: int, names: Sequence[str],
@@ -113,6 +161,12 @@ class Brain:
                  touching: Sequence[float]) -> Targets | None:
         """Take a `contacts` message; return the targets if it completes a frame."""
         return self._take(lambda: self._assembler.contacts(stamp_ns, names, touching))
+
+    def imu(self, stamp_ns: int, orientation_xyzw: Sequence[float] | None,
+            angular_velocity_rad_s: Sequence[float]) -> Targets | None:
+        """Take an `imu/data` message; return the targets if it completes a frame."""
+        return self._take(lambda: self._assembler.imu(
+            stamp_ns, orientation_xyzw, angular_velocity_rad_s))
 
     def _take(self, part: Callable[[], SensorFrame | None]) -> Targets | None:
         try:
@@ -128,6 +182,7 @@ class Brain:
 
     def sense(self, frame: SensorFrame) -> Targets | None:
         """Return the targets that answer a complete frame; None if it is ignored."""
+        last_ns, lost = self._stream.last_stamp_ns, self._stream.lost
         verdict = self._stream.judge(frame.stamp_ns)
         if verdict in (Verdict.STALE, Verdict.LEAP):
             self._ignore('stale', Level.WARN, f'a frame whose stamp is {verdict.value}')
@@ -138,26 +193,30 @@ class Brain:
         if verdict is Verdict.RESTARTED:
             self._counts['restarts'] += 1
             self.stand('the sensor frames started over')
+        elif last_ns is not None and self._mind.follows:
+            self._end_word(frame.stamp_ns - last_ns if lost else 0)
         self._counts['answered'] += 1
         self._forget_problem()
         self._last = self._think(frame)
         return self._last
 
+    def _end_word(self, gap_ns: int) -> None:
+        """Stand if frames were missing so long that much may have happened, or the word is old."""
+        age_s = self._clock() - self._heard_at_s
+        if gap_ns > self._frame_timeout_s * 1e9:
+            self.stand(f'sensor frames were missing for {gap_ns / 1e9:.1f} s: '
+                       'say the word again to go on')
+        elif 0 < self._command_timeout_s < age_s:
+            self.stand(f'the last word was said {self._command_timeout_s:g} s ago: '
+                       'say it again to go on')
+
     def _think(self, frame: SensorFrame) -> Targets:
         """Answer with the motors as they are, then let the network hear the sensors."""
-        count = self.controller.network.motor_count
-        state = self._state
-        motors = np.zeros(count) if state is None else state.motors
-        if state is not None:
-            sensors = periphery.read(
-                self.controller.sensors, frame.touching, frame.position_rad,
-                dict(zip(self._joints, map(float, motors), strict=True)))
-            self._state = neural.step(self.controller.network, state, sensors)
-        else:
-            hidden = np.zeros(self.controller.network.hidden_count)
-            state = neural.State(hidden, hidden, motors, False)
-        return Targets(frame.stamp_ns, self._joints, self.controller.targets_rad(state),
-                       self.controller.period_s)
+        word_epoch = self._word_epoch if self._mind.follows else None
+        motors = self._mind.motors
+        self._mind.feel(frame.readings)
+        return Targets(frame.stamp_ns, self._joints, self.controller.targets_rad(motors),
+                       self.controller.period_s, word_epoch)
 
     def _ignore(self, kind: str, level: Level, reason: str) -> None:
         self._counts[kind] += 1

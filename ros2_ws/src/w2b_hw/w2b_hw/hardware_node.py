@@ -19,15 +19,20 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from w2b_core import trajectory
+from w2b_core.body_status import FRESH_PERIODS, BodyStatus, marked_epoch
 from w2b_core.status import Level, Status
+from w2b_core.trajectory import TrajectoryError
 from w2b_hw import calibration, messages
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
 from w2b_hw.imu.orientation import HEADING_VARIANCE, NO_HEADING_VARIANCE
 from w2b_hw.imu.part import ImuError, Part, Sample
 from w2b_hw.io_thread import IoThread
+from w2b_hw.joints import BODY
 from w2b_hw.power import Power
 from w2b_hw.robot import Report, Robot
+from w2b_hw.safety import State
 from w2b_hw.servo_bank import ChipStateError
 from w2b_hw.targets import TargetGate, TargetRefusedError
 from w2b_hw.transport import (
@@ -39,9 +44,10 @@ from w2b_hw.transport import (
     open_transport,
 )
 from w2b_hw.watchdog import Systemd
+from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.managed_node import ManagedNode, Parameter, declare
-from w2b_ros.ros_messages import FRAMES_OUT, TARGETS, stamp_ns, to_stamp
+from w2b_ros.ros_messages import FRAMES_OUT, TARGETS, to_stamp
 
 RATE_HZ = 20.0
 PULSES = QoSProfile(depth=10)
@@ -61,6 +67,7 @@ _BATTERY_EVERY_S = 1.0
 _CHECK_EVERY_S = 0.25
 _EXECUTOR_SILENT_AFTER_S = 1.0
 _REFUSAL_SHOWN_S = 2.0
+_OLD_WORD = 'the word was said before the robot was armed: it stands until a new one is said'
 
 
 class HardwareNode(ManagedNode):
@@ -79,6 +86,9 @@ class HardwareNode(ManagedNode):
         self._part: Part | None = None
         self._gate = TargetGate()
         self._refusal, self._refused_at_s = '', float('-inf')
+        self._accepted_at_s = float('-inf')
+        self._accepted_stamp_ns: int | None = None
+        self._armed_at_ns = 0
         self._auto_arm = False
         self._frames: deque[tuple[int, Report]] = deque(maxlen=4)
         self._poses: deque[tuple[int, Report]] = deque(maxlen=16)
@@ -97,6 +107,7 @@ class HardwareNode(ManagedNode):
         self._news = self.create_guard_condition(self._on_news)
         self.create_timer(_CHECK_EVERY_S, self._on_check)
         self.create_timer(_BATTERY_EVERY_S, self._on_battery)
+        self._body = BodyReporter(self, self._body_status)
         self._reporter = DiagnosticsReporter(
             self, self._statuses, lambda: self._text('transport'))
 
@@ -232,14 +243,31 @@ class HardwareNode(ManagedNode):
     def _on_target(self, message: JointTrajectory) -> None:
         if self._io is None:
             return
+        now_ns = self.get_clock().now().nanoseconds
         try:
+            answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
+            trajectory.check(message.joint_names, message.points, 1.0 / RATE_HZ)
             pose = self._gate.check(
                 message.joint_names, [point.positions for point in message.points],
-                stamp_ns(message.header.stamp), self.get_clock().now().nanoseconds)
-        except TargetRefusedError as error:
-            self._refusal, self._refused_at_s = str(error), time.monotonic()
+                answered_ns, now_ns)
+        except TrajectoryError as error:
+            self._gate.refused += 1
+            self._refuse(str(error))
             return
-        self._io.target(pose)
+        except TargetRefusedError as error:
+            self._refuse(str(error))
+            return
+        word_epoch = marked_epoch(message.header.frame_id)
+        if answered_ns < self._armed_at_ns <= now_ns:
+            # It answers a frame of before the arming, whoever sent it.
+            word_epoch = ''
+        self._io.target(pose, word_epoch)
+        if word_epoch in (None, self._epoch()):
+            self._accepted_at_s, self._accepted_stamp_ns = time.monotonic(), answered_ns
+        else:
+            self._gate.refused += 1
+            self._refuse(_OLD_WORD)
+        self._body.check()
         if self._auto_arm:
             # Once: after a fault or a stop, a person arms.
             self._auto_arm = False
@@ -247,12 +275,21 @@ class HardwareNode(ManagedNode):
             if refusal is not None:
                 self.get_logger().error(f'not armed: {refusal}')
 
+    def _refuse(self, reason: str) -> None:
+        self._refusal, self._refused_at_s = reason, time.monotonic()
+
     def _arm(self) -> str | None:
         if self._io is None or self._robot is None:
             return 'the node is not active'
         if self._guard is not None and not self._guard.alive():
             return 'the guard process ended: start this node again'
-        return self._io.ask(self._robot.arm)
+        now_ns = self.get_clock().now().nanoseconds
+        refusal = self._io.ask(self._robot.arm)
+        if refusal is None:
+            self._armed_at_ns = now_ns
+        # Before the answer: a word that is said after it is a new one.
+        self._body.check()
+        return refusal
 
     def _on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         refusal = self._arm()
@@ -264,6 +301,7 @@ class HardwareNode(ManagedNode):
         refusal: str | None = 'the node is not active; the servos are off'
         if self._io is not None and self._robot is not None:
             refusal = self._io.ask(self._robot.disarm)
+            self._body.check()
         response.success = refusal is None
         response.message = refusal or 'parking, then the servos are turned off'
         return response
@@ -274,12 +312,26 @@ class HardwareNode(ManagedNode):
         if self._io is None or self._robot is None:
             return response
         problem = self._io.ask(self._robot.stop)
+        self._body.check()
         if problem is not None:
             response.success, response.message = False, f'{problem}; CUT THE SUPPLY'
             if self._guard is not None:
                 # The guard turns everything off when its pipe closes.
                 self._guard.close()
         return response
+
+    def _epoch(self) -> str:
+        return 'none' if self._robot is None else self._robot.safety.epoch
+
+    def _body_status(self) -> BodyStatus:
+        if self._io is None or self._robot is None:
+            return BodyStatus(BODY, 'INACTIVE', f'the node is {self.state_label}; the servos are '
+                              'off', False, self._epoch(), True)
+        safety = self._robot.safety
+        fresh = time.monotonic() - self._accepted_at_s <= FRESH_PERIODS / RATE_HZ
+        return BodyStatus(BODY, safety.state.value, safety.reason,
+                          safety.state is State.ACTIVE and fresh, safety.epoch, True,
+                          self._accepted_stamp_ns)
 
     def _on_check(self) -> None:
         self._executor_at_s = time.monotonic()

@@ -45,7 +45,7 @@ class IoThread:
         self._on_pose = on_pose
         self._sign_of_life = sign_of_life
         self._wake = threading.Condition()
-        self._target: Pose | None = None
+        self._target: tuple[Pose, str | None] | None = None
         self._requests: deque[Callable[[float], None]] = deque()
         self._stopping = False
         self._thread = threading.Thread(target=self._run, name='i2c', daemon=True)
@@ -69,10 +69,10 @@ class IoThread:
             self._wake.notify()
         self._thread.join()
 
-    def target(self, pose: Pose) -> None:
-        """Hand over a checked target; the latest counts."""
+    def target(self, pose: Pose, word_epoch: str | None = None) -> None:
+        """Hand over a checked target, see `Safety.take_target`; the latest counts."""
         with self._wake:
-            self._target = pose
+            self._target = pose, word_epoch
             self._wake.notify()
 
     def ask(self, request: Callable[[float], str | None]) -> str | None:
@@ -126,7 +126,8 @@ class IoThread:
                 return
             now_s = time.monotonic()
             if target is not None:
-                self._robot.safety.take_target(target, now_s)
+                pose, word_epoch = target
+                self._robot.safety.take_target(pose, now_s, word_epoch)
             if target is not None or self._robot.safety.due_s() <= now_s < due_s:
                 self._on_pose(self._robot.drive(now_s))
             for request in requests:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import radians
 
+#: The body whose controllers walk this robot.
+BODY = 'physical_twin'
 LEGS = ('front_left', 'back_left', 'back_right', 'front_right')
 #: Hips turn about the vertical; knees and ankles pitch, positive lifts.
 JOINTS = tuple(f'{leg}_{part}' for part in ('hip', 'knee', 'ankle') for leg in LEGS)

@@ -6,6 +6,7 @@ Everything here runs in one thread, the one that owns the bus.
 
 from __future__ import annotations
 
+import secrets
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -84,7 +85,7 @@ class Robot:
         self._bank = ServoBank(self._bus, [servo.channel for servo in self._servos],
                                address=board.address, oscillator_hz=board.oscillator_hz,
                                frequency_hz=board.frequency_hz)
-        self.safety = Safety(limits or limits_of(calibration))
+        self.safety = Safety(limits or limits_of(calibration), secrets.token_hex(4))
         self._imu: Part | None = None
         self._orientation: Orientation | None = None
         self._use_magnetometer = use_magnetometer
@@ -180,6 +181,7 @@ class Robot:
     def relax(self) -> None:
         """Turn everything off now, whatever the state (OSError if the chip does not answer)."""
         self._bus.begin_frame()
+        self.safety.relax('the frames ended')
         self._turn_off()
 
     def disarm(self, now_s: float) -> str | None:

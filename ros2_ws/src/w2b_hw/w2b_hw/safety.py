@@ -10,6 +10,9 @@ Whether the servos may be driven, and where to: a pure state machine, time comes
 There is no position feedback, so the first pulse of a servo is a jump: servos are energised one at
 a time, at the park pose. PARK always ends in DISARMED, and nothing but `arm` leads out of DISARMED
 or FAULT.
+
+Entering ARMING, PARK, DISARMED or FAULT begins a new *epoch*: what was said in an earlier one moves
+nothing any more.
 """
 
 from __future__ import annotations
@@ -35,6 +38,8 @@ class State(Enum):
 #: Times are sums of floats: what is due within a microsecond is due.
 _CLOCK_S = 1e-6
 DRIVEN = frozenset({State.ARMING, State.ACTIVE, State.HOLD, State.PARK})
+#: Entering one of these begins a new epoch.
+_EPOCH_BEGINS = frozenset({State.DISARMED, State.ARMING, State.PARK, State.FAULT})
 
 
 @dataclass(frozen=True)
@@ -96,10 +101,23 @@ class Command:
 
 
 class Safety:
-    """The state machine. `now_s` is any clock that only goes forward."""
+    """
+    The state machine. `now_s` is any clock that only goes forward.
 
-    def __init__(self, limits: Limits) -> None:
+    Parameters
+    ----------
+    limits
+        What may never be exceeded.
+    session
+        Begins the names of the epochs: another one for each process, so that an epoch of before a
+        restart is never taken for one of after it.
+
+    """
+
+    def __init__(self, limits: Limits, session: str = 'session') -> None:
         self.limits = limits
+        self._session = session
+        self._epochs = 0
         self.state = State.DISARMED
         #: Why the machine is in its state: a sentence for a person.
         self.reason = 'not armed yet'
@@ -115,9 +133,19 @@ class Safety:
 
     # -- inputs
 
-    def take_target(self, position_rad: Sequence[float], now_s: float) -> Pose:
+    @property
+    def epoch(self) -> str:
+        """Name of the epoch: changes whenever what was said before counts no more."""
+        return f'{self._session}.{self._epochs}'
+
+    def take_target(self, position_rad: Sequence[float], now_s: float,
+                    word_epoch: str | None = None) -> Pose:
         """
         Take a new target pose; return it as clamped to the limits.
+
+        `word_epoch` is the epoch in which the word was said that the target follows; None if it
+        follows no word. A target of a word of another epoch shows that the brain is alive, and
+        moves nothing: the pose that is commanded now is returned.
 
         Raises
         ------
@@ -131,8 +159,10 @@ class Safety:
                              f'got {len(position_rad)}')
         if not all(abs(value) < float('inf') for value in position_rad):
             raise ValueError(f'target: expected finite angles, got {list(position_rad)}')
-        self._target = _clamped(position_rad, limits)
         self._target_at_s = now_s
+        if word_epoch not in (None, self.epoch):
+            return self._position
+        self._target = _clamped(position_rad, limits)
         return self._target
 
     def arm(self, now_s: float) -> str | None:
@@ -146,6 +176,8 @@ class Safety:
                 / self.limits.duty_recovery
             return f'the servos must cool for another {rest_s:.0f} s'
         self._enter(State.ARMING, 'energising the servos one by one')
+        # What was wanted before is not what is wanted now.
+        self._target = None
         self._position = self.limits.park_rad
         self._energised = 0
         self._energised_at_s = float('-inf')
@@ -165,6 +197,11 @@ class Safety:
         """Turn everything off, from any state; the first reason stays."""
         if self.state is not State.FAULT:
             self._relax(State.FAULT, reason)
+
+    def relax(self, reason: str) -> None:
+        """Turn everything off; a fault stays a fault."""
+        if self.state in DRIVEN:
+            self._relax(State.DISARMED, reason)
 
     def confirm(self) -> None:
         """Tell that the last command reached the servos."""
@@ -246,6 +283,7 @@ class Safety:
         return now_s - self._target_at_s + _CLOCK_S
 
     def _enter(self, state: State, reason: str) -> None:
+        self._epochs += state in _EPOCH_BEGINS
         self.state, self.reason = state, reason
 
     def _relax(self, state: State, reason: str) -> None:

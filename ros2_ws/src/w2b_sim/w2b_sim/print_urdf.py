@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from w2b_core import bodies
 from w2b_core.bodies.urdf import to_urdf
+from w2b_core.registry import use_plugin
 
 ABOUT = """\
 Print a body's URDF, which robot_state_publisher, RViz and other simulators read:
@@ -22,7 +23,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit code."""
     parser = argparse.ArgumentParser(prog='urdf', description=ABOUT,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('body', choices=bodies.names(), metavar='BODY',
-                        help='one of ' + ', '.join(bodies.names()))
-    print(to_urdf(bodies.get(parser.parse_args(arguments).body)))
+    parser.add_argument('body', metavar='BODY', help='one of ' + ', '.join(bodies.names()))
+    parser.add_argument('--plugin', action='append', default=[], metavar='FILE.py',
+                        help='a file that registers bodies')
+    options = parser.parse_args(arguments)
+    try:
+        for path in options.plugin:
+            use_plugin(path)
+        body = bodies.get(options.body)
+    except ValueError as error:
+        parser.error(str(error))
+    print(to_urdf(body))
     return 0

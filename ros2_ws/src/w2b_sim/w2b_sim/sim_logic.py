@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from w2b_core.bodies.model import Body
+from w2b_core.body_status import FRESH_PERIODS, BodyStatus
 from w2b_core.sensor_frames import FrameError, named_values
 from w2b_core.status import Level, Status
 from w2b_sim.engines.interface import Frame, Simulation, Start
@@ -78,6 +79,7 @@ class SimulatedRobot:
         self._counts: Counter[str] = Counter()
         self._problem: tuple[float, str] | None = None
         self._answered_at_s = clock()
+        self._taken_stamp_ns: int | None = None
         self.paused = False
         self.stamp_ns = 0
         self.reset()
@@ -104,6 +106,26 @@ class SimulatedRobot:
         """Whether the frame that is out has its targets."""
         return self._answer is not None
 
+    def body_status(self, epoch: str, real_time_factor: float) -> BodyStatus:
+        """
+        Return what the body says of itself.
+
+        Parameters
+        ----------
+        epoch
+            Of the simulation: one from its start to its end.
+        real_time_factor
+            Simulated seconds in a second; 0 in lockstep, where at least real time is expected.
+
+        """
+        fresh_s = FRESH_PERIODS * self._period_ns / 1e9 / (real_time_factor or 1.0)
+        fresh = (self._taken_stamp_ns is not None
+                 and self._clock() - self._answered_at_s <= fresh_s)
+        state, reason = ('PAUSED', 'asked to pause') if self.paused else \
+            ('RUNNING', 'following targets' if fresh else 'waiting for targets')
+        return BodyStatus(self.body.name, state, reason, fresh and not self.paused, epoch,
+                          False, self._taken_stamp_ns)
+
     @property
     def may_move(self) -> bool:
         """Whether the body may move now: not paused and, in lockstep, told where to."""
@@ -127,8 +149,7 @@ class SimulatedRobot:
             self._check_stamp(stamp_ns)
             targets = self._checked(names, positions_rad)
         except (TargetError, FrameError) as error:
-            self._counts['refused'] += 1
-            self._problem = (self._clock(), str(error))
+            self.refuse(str(error))
             return False
         if self.answered and stamp_ns == self._answer_stamp_ns:
             self._counts['repeated'] += 1
@@ -136,7 +157,13 @@ class SimulatedRobot:
         self._counts['taken'] += 1
         self._answered_at_s = self._clock()
         self._answer, self._answer_stamp_ns, self._targets = targets, stamp_ns, targets
+        self._taken_stamp_ns = stamp_ns
         return True
+
+    def refuse(self, reason: str) -> None:
+        """Count targets that are refused, and keep the reason for the status."""
+        self._counts['refused'] += 1
+        self._problem = (self._clock(), reason)
 
     def _check_stamp(self, stamp_ns: int) -> None:
         if stamp_ns > self.stamp_ns:

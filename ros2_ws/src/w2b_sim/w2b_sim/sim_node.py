@@ -8,6 +8,7 @@ a process that runs is a body that is there; pause and reset are what its users 
 from __future__ import annotations
 
 import math
+import secrets
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,12 +19,14 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from w2b_core import bodies
+from w2b_core import bodies, trajectory
 from w2b_core.status import Level, Status
+from w2b_core.trajectory import TrajectoryError
+from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.managed_node import Parameter, declare
 from w2b_ros.ros_messages import (
@@ -31,7 +34,6 @@ from w2b_ros.ros_messages import (
     STEADY,
     TARGETS,
     other_publisher,
-    stamp_ns,
     to_stamp,
 )
 from w2b_ros.ros_process import StartError
@@ -44,6 +46,9 @@ from w2b_sim.worlds import WORLDS
 #: In lockstep frames come faster than a busy listener reads: who records a run gets all of it.
 LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
                      reliability=ReliabilityPolicy.RELIABLE)
+
+#: At the base's origin, with its axes.
+IMU_FRAME = 'imu_link'
 
 #: What a seeded start may differ by from the nominal one.
 SPREAD_HEIGHT_M = 0.002
@@ -84,11 +89,14 @@ class SimNode(Node):
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOG_OUT)
         self._contacts = (self.create_publisher(JointState, 'contacts', FRAMES_OUT)
                           if self._robot.frame.touching else None)
+        self._imu = self.create_publisher(Imu, 'imu/data', FRAMES_OUT)
         self._odometry = self.create_publisher(Odometry, 'odom', LOG_OUT)
         self._clock_publisher = self.create_publisher(Clock, '/clock', FRAMES_OUT)
         self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, TARGETS)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
+        epoch, factor = secrets.token_hex(4), self._number('real_time_factor')
+        self._body = BodyReporter(self, lambda: self._robot.body_status(epoch, factor))
         self._reporter = DiagnosticsReporter(
             self, self._statuses, lambda: self._robot.body.name,
             str(self.get_parameter('diagnostics_topic').value))
@@ -139,7 +147,13 @@ class SimNode(Node):
         return Start(height, roll, pitch, yaw)
 
     def _on_targets(self, message: JointTrajectory) -> None:
-        taken = self._robot.take(stamp_ns(message.header.stamp), message.joint_names,
+        try:
+            answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
+            trajectory.check(message.joint_names, message.points, self._period_s)
+        except TrajectoryError as error:
+            self._robot.refuse(str(error))
+            return
+        taken = self._robot.take(answered_ns, message.joint_names,
                                  [point.positions for point in message.points])
         if taken and not self._robot.paced:
             self._move_if_may()
@@ -168,6 +182,7 @@ class SimNode(Node):
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         was_paused = self._robot.paused
         self._robot.pause(request.data)
+        self._body.check()
         if was_paused and not request.data:
             if self._robot.answered and not self._robot.paced:
                 self._move_if_may()
@@ -187,11 +202,22 @@ class SimNode(Node):
                                   position=[float(touch) for touch in frame.touching.values()])
             contacts.header.stamp = stamp
             self._contacts.publish(contacts)
+        self._imu.publish(self._imu_message())
         joints = JointState(name=[joint.name for joint in self._robot.body.joints],
                             position=frame.joint_position_rad.tolist(),
                             velocity=frame.joint_velocity_rad_s.tolist())
         joints.header.stamp = stamp
         self._joint_states.publish(joints)
+
+    def _imu_message(self) -> Imu:
+        """What an ideal IMU at the base measures (REP-145); accelerations are not told."""
+        frame = self._robot.frame
+        message = Imu(orientation=_quaternion(frame.orientation_xyzw), angular_velocity=Vector3(
+            **_xyz(into_body(frame.orientation_xyzw, frame.angular_velocity_rad_s))))
+        message.header.frame_id = IMU_FRAME
+        message.header.stamp = to_stamp(self._robot.stamp_ns)
+        message.linear_acceleration_covariance[0] = -1.0
+        return message
 
     def _odometry_message(self) -> Odometry:
         """Pose in `odom`, velocity in the base's own frame, as Odometry asks for."""
@@ -200,8 +226,7 @@ class SimNode(Node):
         message.header.frame_id = 'odom'
         message.header.stamp = to_stamp(self._robot.stamp_ns)
         message.pose.pose.position = Point(**_xyz(frame.position_m))
-        x, y, z, w = map(float, frame.orientation_xyzw)
-        message.pose.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
+        message.pose.pose.orientation = _quaternion(frame.orientation_xyzw)
         message.twist.twist.linear = Vector3(
             **_xyz(into_body(frame.orientation_xyzw, frame.velocity_m_s)))
         message.twist.twist.angular = Vector3(
@@ -224,6 +249,10 @@ class SimNode(Node):
     def close(self) -> None:
         """Leave the physics server."""
         self._simulation.close()
+
+
+def _quaternion(orientation_xyzw: np.ndarray) -> Quaternion:
+    return Quaternion(**dict(zip('xyzw', map(float, orientation_xyzw), strict=True)))
 
 
 def _xyz(vector: np.ndarray) -> dict[str, float]:

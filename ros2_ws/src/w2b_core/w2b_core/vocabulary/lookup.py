@@ -23,6 +23,8 @@ from w2b_core.vocabulary.text import spellings, tokens
 if TYPE_CHECKING:
     from gensim.models import KeyedVectors
 
+    from w2b_core.vocabulary.metrics import Metric
+
 Array = NDArray[np.float64]
 
 SUGGESTIONS = 3
@@ -31,6 +33,8 @@ LEAST_SIMILARITY = 0.55
 #: Most frequent words among which spellings are searched: among 3 million it takes seconds, in
 #: which a robot would get no answer, and finds words that nobody means.
 SEARCHED_WORDS = 200_000
+#: Words that are looked at together.
+_CHUNK_WORDS = 1024
 
 
 @dataclass(frozen=True)
@@ -118,7 +122,12 @@ class Vocabulary:
     @property
     def dimensions(self) -> int:
         """Length of a vector, D."""
-        return int(self._vectors.shape[1])
+        return self._vectors.shape[1]
+
+    @property
+    def exact_words(self) -> list[str]:
+        """The words with the vectors of the source: all but those with coded ones."""
+        return self.words[:len(self.words) - (self.about.coded_words if self.about else 0)]
 
     @property
     def source(self) -> str:
@@ -200,6 +209,43 @@ class Vocabulary:
         words = tuple(self._known(token) for token in tokens(text))
         return Phrase(words, np.concatenate([self._vector(word) for word in words]))
 
+    def matrix(self, words: Iterable[str] | None = None) -> NDArray[np.float32]:
+        """
+        Return the vectors (N, D) of words of the vocabulary, by default of all in their order.
+
+        Raises
+        ------
+        UnknownWordError
+            For the first word that the vocabulary does not spell so.
+
+        """
+        if words is None:
+            every = np.array(self._vectors, dtype=np.float32)
+            every *= np.float32(self.scale)
+            return every
+        places = []
+        for word in words:
+            if word not in self._index:
+                raise UnknownWordError(word, self.suggestions(word), self.source)
+            places.append(self._index[word])
+        return np.asarray(self._vectors[places], dtype=np.float32) * np.float32(self.scale)
+
+    def metric(self, sha256: str) -> Metric:
+        """
+        Return the arrays, by name, of a metric that was learned on vectors of this length.
+
+        Each array's first axis is that of a vector's elements (D, ...). `metrics.write` keeps one.
+
+        Raises
+        ------
+        VocabularyError, VocabularyFileError
+            As `metrics.read`.
+
+        """
+        from w2b_core.vocabulary import metrics
+
+        return metrics.read(sha256, self.dimensions)
+
     def cosine(self, first: str, second: str) -> float:
         """Return the cosine of the angle between two words' vectors."""
         a, b = self.vector(first), self.vector(second)
@@ -237,8 +283,12 @@ class Vocabulary:
         keyed.index_to_key = self.words
         keyed.key_to_index = self._index
         keyed.vectors = self._vectors if self._vectors.dtype == np.float32 \
-            else self._vectors.astype(np.float32)
+            and isinstance(self._vectors, np.ndarray) else np.asarray(self._vectors, np.float32)
         keyed.next_index = len(self.words)
+        # gensim's own way to these needs as much memory again as the vectors.
+        keyed.norms = np.concatenate([
+            np.linalg.norm(keyed.vectors[start:start + _CHUNK_WORDS], axis=1)
+            for start in range(0, len(self.words), _CHUNK_WORDS)])
         return keyed
 
 

@@ -1,8 +1,9 @@
 """
-Vocabularies as folders of three files, which load at once and run no code.
+Vocabularies as folders of a few files, which load at once and run no code.
 
 `words.txt`    the words, one a line, UTF-8, in the order of the source (most frequent first)
 `vectors.npy`  their vectors (N, D), float16 or float32, memory-mapped when used
+`coded.npy`    the default vocabulary only: the vectors of the last words, coded (see `coding`)
 `about.json`   format, version, name, where the vectors come from and what was done to them
 
 The default vocabulary comes with the program; installed ones live in the user's data folder:
@@ -23,9 +24,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.vocabulary import coding
 from w2b_core.vocabulary.errors import VocabularyFileError
 
-Vectors = NDArray[np.floating[Any]]
+Array = NDArray[np.floating[Any]]
+#: Vectors (N, D), read by rows.
+Vectors = Array | coding.PartlyCoded
 
 DEFAULT = 'default'
 FORMAT = 'w2b-vocabulary'
@@ -48,6 +52,8 @@ class About:
         What was done to the lengths of the vectors.
     selection
         By which rule words were chosen from the source.
+    coded_words, coding
+        How many of the last words have coded vectors, and in which code.
 
     """
 
@@ -58,6 +64,8 @@ class About:
     source_sha256: str
     norms: str
     selection: str = 'all words'
+    coded_words: int = 0
+    coding: str = ''
     format: str = FORMAT
     version: int = VERSION
 
@@ -84,9 +92,12 @@ def installed() -> dict[str, Path]:
             if NAME_PATTERN.fullmatch(path.name) and (path / 'about.json').is_file()}
 
 
-def write_folder(folder: Path, about: About, words: list[str], vectors: Vectors) -> None:
+def write_folder(folder: Path, about: About, words: list[str],
+                 vectors: Array, coded: coding.Bytes | None = None) -> None:
     """Write a vocabulary into `folder`, which must exist and be empty."""
     np.save(folder / 'vectors.npy', vectors, allow_pickle=False)
+    if coded is not None:
+        np.save(folder / 'coded.npy', coded, allow_pickle=False)
     write_words(folder, about, words)
 
 
@@ -109,13 +120,15 @@ def read_folder(folder: Path) -> tuple[About, list[str], Vectors]:
     """
     about = _read_about(folder / 'about.json')
     words = _read_words(folder / 'words.txt')
-    vectors = _read_vectors(folder / 'vectors.npy')
+    exact = _read_array(folder / 'vectors.npy', (np.float16, np.float32))
+    if exact.shape[1] != about.dimensions:
+        raise VocabularyFileError(f'{folder}: expected vectors of {about.dimensions} elements, '
+                                  f'got {exact.shape[1]}')
+    vectors: Vectors = exact if not about.coded_words else coding.PartlyCoded(
+        exact, _read_coded(folder / 'coded.npy', about))
     if not len(words) == len(vectors) == about.words:
         raise VocabularyFileError(f'{folder}: expected {about.words:,} words and vectors, '
                                   f'got {len(words):,} words and {len(vectors):,} vectors')
-    if vectors.shape[1] != about.dimensions:
-        raise VocabularyFileError(f'{folder}: expected vectors of {about.dimensions} elements, '
-                                  f'got {vectors.shape[1]}')
     return about, words, vectors
 
 
@@ -155,17 +168,29 @@ def _read_words(path: Path) -> list[str]:
     return text.removesuffix('\n').split('\n')
 
 
-def _read_vectors(path: Path) -> Vectors:
+def _read_coded(path: Path, about: About) -> coding.Bytes:
+    if about.coding != coding.NORMAL_6_BIT:
+        raise VocabularyFileError(f'{path}: expected the code {coding.NORMAL_6_BIT}, got '
+                                  f'{about.coding[:40]!r}; install a newer version of the program')
+    rows = _read_array(path, (np.uint8,))
+    expected = about.coded_words, coding.row_bytes(about.dimensions)
+    if rows.shape != expected:
+        raise VocabularyFileError(f'{path}: expected coded vectors of shape {expected}, got '
+                                  f'{rows.shape}')
+    return rows
+
+
+def _read_array(path: Path, dtypes: tuple[type[np.generic], ...]) -> NDArray[Any]:
     try:
-        vectors = np.load(path, mmap_mode='r', allow_pickle=False)
+        array = np.load(path, mmap_mode='r', allow_pickle=False)
     except OSError as error:
         raise VocabularyFileError(f'{path}: expected word vectors, got '
                                   f'{error.strerror or error}') from None
     except (ValueError, EOFError) as error:
         raise VocabularyFileError(f'{path}: expected an array of word vectors, got a damaged '
                                   f'file ({str(error).splitlines()[0][:80]})') from None
-    if not isinstance(vectors, np.ndarray) or vectors.ndim != 2 \
-            or vectors.dtype not in (np.float16, np.float32):
-        raise VocabularyFileError(f'{path}: expected float16 or float32 of shape (N, D), got '
-                                  'another kind of array')
-    return vectors
+    if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype not in dtypes:
+        names = ' or '.join(dtype.__name__ for dtype in dtypes)
+        raise VocabularyFileError(f'{path}: expected {names} of shape (N, D), got another kind of '
+                                  'array')
+    return array

@@ -12,7 +12,7 @@ import numpy as np
 
 from w2b_core.vocabulary.errors import VocabularyFileError
 from w2b_core.vocabulary.norms import TYPICAL_NORM, is_unit_length
-from w2b_core.vocabulary.store import Vectors
+from w2b_core.vocabulary.store import Array
 
 if TYPE_CHECKING:
     from gensim.models import KeyedVectors
@@ -32,10 +32,10 @@ class Table(NamedTuple):
     """Words and their vectors (N, D) float32."""
 
     words: list[str]
-    vectors: Vectors
+    vectors: Array
 
 
-def default_scale(vectors: Vectors) -> float:
+def default_scale(vectors: Array) -> float:
     """Return the factor for vectors as they came: `DEFAULT_NORM` for unit length, else 1."""
     return DEFAULT_NORM if is_unit_length(vectors) else 1.0
 
@@ -168,7 +168,7 @@ def _check_text_end(path: Path, words: list[str], dimensions: int, _header: int,
         raise _damaged(path, f'more than the {len(words):,} words that its first line promises')
 
 
-def _check_finite(path: Path, words: list[str], vectors: Vectors) -> None:
+def _check_finite(path: Path, words: list[str], vectors: Array) -> None:
     for begin in range(0, len(words), CHUNK_WORDS):
         finite = np.isfinite(vectors[begin:begin + CHUNK_WORDS]).all(axis=1)
         if not finite.all():

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from w2b_core.network import Network
+from w2b_core.outcome import Outcome
 
 Array = NDArray[np.float64]
 
@@ -56,34 +57,8 @@ class Simulation(Protocol):
         """Drive the joints towards `targets_rad` (M,) for one control period."""
 
 
-@dataclass(frozen=True)
-class Evaluation:
-    """
-    Outcome of C controllers under W words from K starts.
-
-    Attributes
-    ----------
-    final_position_m: shape (C, W, K, 3)
-        Base position at the last sensor frame.
-    path_length_m: shape (C, W, K)
-        Length of the base's path in x-y.
-    largest_step_m: shape (C, W, K)
-        Longest x-y displacement between two frames.
-    touch_fraction: shape (C, W, K, T)
-        Share of frames in which each touch-sensitive link touched the floor.
-    halfway_position_m: shape (C, W, K, 2), or None where an engine does not tell
-        Base position in x-y half-way through the frames.
-    farthest_m: shape (C, W, K), or None where an engine does not tell
-        Longest x-y distance of the base from the world's origin.
-
-    """
-
-    final_position_m: Array
-    path_length_m: Array
-    largest_step_m: Array
-    touch_fraction: Array
-    halfway_position_m: Array | None = None
-    farthest_m: Array | None = None
+#: What an engine returns.
+Evaluation = Outcome
 
 
 class Evaluator(Protocol):

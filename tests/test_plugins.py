@@ -1,0 +1,108 @@
+"""A user's own file adds a body and a behaviour, and the whole way from evolution on takes them."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from w2b_core.controller import file as controller_file
+
+ROOT = Path(__file__).resolve().parents[1]
+PLUGIN = """
+from dataclasses import replace
+
+from w2b_core.behaviours import BEHAVIOURS, Behaviour
+from w2b_core.bodies import BODIES
+from w2b_core.bodies.minimal import minimal
+
+
+def small():
+    return replace(minimal(), name='small_walker', description='a body of my own')
+
+
+BODIES.add('small_walker', small)
+BEHAVIOURS.add('aside', Behaviour(
+    'go to the left of where the body faces', True, lambda motion: motion.away_m,
+    lambda motion, bounds: motion.away_m >= bounds.move_m,
+    lambda outcome: outcome.final_position_m[..., 1]))
+"""
+SMALL = ('--words', 'forward=forward,aside=aside,stop=stop', '--engine', 'pybullet',
+         '--population', '2', '--generations', '2', '--seed', '5')
+
+
+def run(*arguments: str, **environment: str) -> 'subprocess.CompletedProcess[str]':
+    return subprocess.run([sys.executable, '-m', *arguments], cwd=ROOT, text=True, timeout=200,
+                          capture_output=True, check=False,
+                          env={**os.environ, 'W2B_PLUGINS': '', **environment})
+
+
+@pytest.fixture
+def plugin(tmp_path):
+    path = tmp_path / 'mine.py'
+    path.write_text(PLUGIN)
+    return path
+
+
+def evolve(tmp_path: Path, *options: str, body: str = 'small_walker',
+           words: tuple[str, ...] = SMALL,
+           **environment: str) -> 'subprocess.CompletedProcess[str]':
+    return run('training', 'evolve', '--body', body, '--out', str(tmp_path / 'run'), *words,
+               *options, **environment)
+
+
+@pytest.mark.parametrize('way', ['option', 'environment'])
+def test_a_body_and_a_behaviour_of_a_users_own_are_evolved(tmp_path, plugin, way):
+    done = (evolve(tmp_path, '--plugin', str(plugin)) if way == 'option'
+            else evolve(tmp_path, W2B_PLUGINS=str(plugin)))
+    assert done.returncode == 0, done.stderr
+    champion = controller_file.load(tmp_path / 'run' / 'champion.json')
+    assert champion.body == 'small_walker'
+    assert {word.behaviour for word in champion.words} == {'forward', 'aside', 'stop'}
+    summary = json.loads((tmp_path / 'run' / 'summary.json').read_text())
+    aside = next(word for word in summary['outcomes'] if word['behaviour'] == 'aside')
+    assert aside['score'] == pytest.approx(aside['final_position_m'][0][1])
+
+
+def test_its_robot_description_is_printed(plugin):
+    done = subprocess.run(
+        [sys.executable, '-c', 'from w2b_sim.print_urdf import main; raise SystemExit(main())',
+         'small_walker', '--plugin', str(plugin)], capture_output=True, text=True, check=True)
+    assert 'name="small_walker"' in done.stdout
+
+
+BAD = {
+    'nothing there': (None, 'FileNotFoundError: expected a Python file, got nothing there'),
+    'does not import': ('import no_such_module_at_all', "No module named 'no_such_module_at_all'"),
+    'not Python': ('body = (', 'SyntaxError'),
+    'a name twice': (PLUGIN + "\nBODIES.add('quadruped', small)\n",
+                     "body 'quadruped': expected a new name"),
+    'no name': (PLUGIN + "\nBODIES.add('my body', small)\n", "got 'my body'"),
+    'not modelled': (PLUGIN.replace("own')", "own', sensors=('smell:x',))"),
+                     'small_walker: the batched engine does not model'),
+}
+
+
+@pytest.mark.parametrize('what', BAD)
+def test_a_bad_plugin_is_one_line_and_nothing_is_written(tmp_path, what):
+    text, reason = BAD[what]
+    path = tmp_path / 'bad.py'
+    if text is not None:
+        path.write_text(text)
+    words = tuple(part for part in SMALL if part not in ('--engine', 'pybullet'))
+    done = evolve(tmp_path, '--plugin', str(path), words=words)
+    assert done.returncode == 2
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == 1, done.stderr
+    assert str(path) in lines[0]
+    assert reason in lines[0]
+    assert not (tmp_path / 'run').exists()
+
+
+def test_an_unknown_body_is_refused_with_those_there_are(tmp_path, plugin):
+    done = evolve(tmp_path, '--plugin', str(plugin), body='smal_walker')
+    assert done.returncode == 2
+    assert 'small_walker' in done.stderr
+    assert not (tmp_path / 'run').exists()
