@@ -24,6 +24,7 @@ COMMANDS = {
     'ablation': ('training.robust.ablation',
                  'how robustness grows with each means of the robust mode'),
     'rest': ('training.robust.rest', 'under how many of all words a controller rests'),
+    'ear': ('training.grounding.ear', 'train an ear: a lexicon in, an ear out'),
     'study': ('training.study.command', 'the whole study of the paper, or a part of it'),
     'study export': ('training.study.commands.export', "a study's finished runs in one file"),
     'study import': ('training.study.commands.import_', 'take up runs from such a file'),

@@ -22,6 +22,7 @@ from training.evolution.operators import Layout, random_genomes
 from training.evolution.run import RunResult, run
 from training.study.config import parse_config
 from training.study.provenance import identity
+from training.study.results import results_sha256
 from training.study.tasks import Task, perform
 from w2b_core import bodies
 from w2b_core.controller import file as controller_file
@@ -39,6 +40,11 @@ CONTROLLERS = Path(__file__).parent / 'controllers_v1'
 BODIES = ('quadruped', 'quadruped_blind', 'minimal', 'spherical_1dof_original',
           'spherical_1dof_sensors', 'spherical_1dof_blind', 'spherical_2dof_original',
           'spherical_2dof_sensors', 'spherical_2dof_blind', 'physical_twin')
+#: Bodies and objectives whose hash of results identifies runs of the study.
+STUDIED = (*((body, 'program') for body in BODIES if body in (
+    'quadruped', 'minimal', 'spherical_1dof_sensors', 'spherical_1dof_blind',
+    'spherical_2dof_sensors', 'spherical_2dof_blind')),
+    ('quadruped', 'paper'), ('quadruped', 'balanced'))
 PRECISIONS = ('float32', 'float64')
 NAMES = ('quadruped', 'quadruped_all_engines', 'quadruped_sensors_off', 'physical_twin')
 WORDS = ('forward', 'backward', 'stop', 'halt', 'cease', 'suspend', 'go', 'ahead', 'walk', 'run',
@@ -202,6 +208,9 @@ def table() -> dict[str, str]:
             found[f'study run {treatment}'], found[f'study rescoring {treatment}'] = done, again
     found.update({f'shipped {name} in the batched engine': shipped(name) for name in NAMES})
     found.update({f'shipped {name} in numpy': steps(name) for name in NAMES})
+    found.update({f'results {body} {objective}':
+                  results_sha256('batched', 'float32', body, objective)
+                  for body, objective in STUDIED})
     return {**found, 'shipped quadruped in PyBullet': in_pybullet(),
             "numpy's arithmetic": arithmetic()}
 
