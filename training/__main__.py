@@ -26,6 +26,8 @@ COMMANDS = {
     'legs': ('training.legs.command', 'train legs that are commanded, by a recipe'),
     'rest': ('training.robust.rest', 'under how many of all words a controller rests'),
     'ear': ('training.grounding.ear', 'train an ear: a lexicon in, an ear out'),
+    'grounding': ('training.grounding.benchmark',
+                  'judge hearing on a lexicon: unseen words, refusal, phrases, rivals'),
     'study': ('training.study.command', 'the whole study of the paper, or a part of it'),
     'study export': ('training.study.commands.export', "a study's finished runs in one file"),
     'study import': ('training.study.commands.import_', 'take up runs from such a file'),
