@@ -1,6 +1,7 @@
 """The brain without ROS: the shipped controller, the default vocabulary, frames made by hand."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -157,6 +158,15 @@ def test_a_word_like_no_trained_one_is_followed_with_a_note(brain):
     assert f'nothing like banana was trained (nearest: {nearest})' in answer.message
     assert 'nothing like' not in brain.hear('halt').message
     assert 'nothing like' not in brain.hear('forward').message
+
+
+def test_trained_words_are_known_by_the_vocabularys_spelling(controller, vocabulary, clock):
+    shouted = replace(controller, words=tuple(
+        replace(word, word=word.word.upper()) for word in controller.words))
+    brain = Brain(shouted, vocabulary, frame_timeout_s=TIMEOUT_S, clock=clock)
+    answer = brain.hear('forward')
+    assert 'never heard' not in answer.message
+    assert answer.values['nearest'].startswith('forward: forward 1.00')
 
 
 def test_a_vocabulary_with_other_vectors_is_followed_with_a_warning(controller, clock):

@@ -60,7 +60,9 @@ class Listener:
                 f'{controller.vector_length}, as the controller was evolved with, '
                 f'got {vocabulary.dimensions}')
         self._vocabulary = vocabulary
-        self._trained = tuple(word.word for word in controller.words)
+        # As the vocabulary spells them, which is how commands are compared with them.
+        self._trained = tuple(vocabulary.known(word.word) if word.word in vocabulary
+                              else word.word for word in controller.words)
         self.received = 0
         changed = controller.changed_words(vocabulary)
         self.warning = (f'vectors of {", ".join(changed)} are not those of the training: the '

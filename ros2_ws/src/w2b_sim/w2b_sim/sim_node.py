@@ -37,8 +37,8 @@ from w2b_ros.ros_messages import (
     to_stamp,
 )
 from w2b_ros.ros_process import StartError
+from w2b_sim.engines import registry
 from w2b_sim.engines.interface import Start
-from w2b_sim.engines.pybullet_engine import PyBulletSimulation
 from w2b_sim.rotation import into_body
 from w2b_sim.sim_logic import SimulatedRobot, reset_answer
 from w2b_sim.worlds import WORLDS
@@ -47,6 +47,8 @@ from w2b_sim.worlds import WORLDS
 LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
                      reliability=ReliabilityPolicy.RELIABLE)
 
+#: Of a simulated IMU; 0 would mean that it is not known (REP-145).
+EXACT_VARIANCE = 1e-12
 #: At the base's origin, with its axes.
 IMU_FRAME = 'imu_link'
 
@@ -57,6 +59,8 @@ SPREAD_TILT_RAD = math.radians(0.5)
 PARAMETERS = (
     Parameter('body', 'quadruped', 'Body to simulate.', fixed=True),
     Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.',
+              fixed=True),
+    Parameter('engine', registry.DEFAULT, 'What moves it: pybullet or mujoco.',
               fixed=True),
     Parameter('real_time_factor', 0.0, '0: lockstep, the body waits for the targets that answer '
               'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0), fixed=True),
@@ -128,13 +132,18 @@ class SimNode(Node):
         if self._integer('pause_after') < 0:
             raise StartError('pause_after: expected 0 or more frames, '
                              f'got {self._integer("pause_after")}')
-        self._simulation = PyBulletSimulation(body, world)
+        engine = str(self.get_parameter('engine').value)
+        try:
+            self._simulation = registry.make_simulation(engine, body, world)
+        except ValueError as error:
+            raise StartError(str(error)) from error
         robot = SimulatedRobot(
             body, self._simulation, next_start=self._next_start, period_s=self._period_s,
             paced=self._number('real_time_factor') > 0.0,
             pause_after=self._integer('pause_after'), clock=time.monotonic)
         robot.pause(bool(self.get_parameter('paused').value) or robot.paused)
-        self.get_logger().info(f'{body.name} in the world {name}, {robot.clock_status().message}')
+        self.get_logger().info(f'{body.name} in the world {name}, moved by {engine}, '
+                               f'{robot.clock_status().message}')
         return robot
 
     def _next_start(self) -> Start:
@@ -210,13 +219,17 @@ class SimNode(Node):
         self._joint_states.publish(joints)
 
     def _imu_message(self) -> Imu:
-        """What an ideal IMU at the base measures (REP-145); accelerations are not told."""
+        """What an IMU in the base shows, exactly (REP-145); its axes are the base's."""
         frame = self._robot.frame
-        message = Imu(orientation=_quaternion(frame.orientation_xyzw), angular_velocity=Vector3(
-            **_xyz(into_body(frame.orientation_xyzw, frame.angular_velocity_rad_s))))
-        message.header.frame_id = IMU_FRAME
+        message = Imu()
         message.header.stamp = to_stamp(self._robot.stamp_ns)
-        message.linear_acceleration_covariance[0] = -1.0
+        message.header.frame_id = IMU_FRAME
+        message.orientation = _quaternion(frame.orientation_xyzw)
+        message.angular_velocity = Vector3(**_xyz(frame.imu.angular_velocity_rad_s))
+        message.linear_acceleration = Vector3(**_xyz(frame.imu.specific_force_m_s2))
+        for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
+                           message.linear_acceleration_covariance):
+            covariance[[0, 4, 8]] = EXACT_VARIANCE
         return message
 
     def _odometry_message(self) -> Odometry:
