@@ -58,6 +58,7 @@ PARAMETERS = (
               'I2C bus: a device, or emulated, or emulated:SOCKET for chips in another process.'),
     Parameter('calibration', DEFAULT_CALIBRATION,
               'Calibration file. Emulated chips need none: an ideal robot is the default there.'),
+    Parameter('allow_uncalibrated', False, 'Arm though nobody calibrated some of the servos.'),
     Parameter('imu', registry.AUTO, f'One of {", ".join(registry.CHOICES)}.'),
     Parameter('use_magnetometer', False, 'Heading from the magnetic field, which servos bend.'),
     Parameter('watch_posture', True, 'Hold, then turn off when the IMU says that the robot fell '
@@ -134,7 +135,10 @@ class HardwareNode(ManagedNode):
         self._bus = FrameBudget(open_transport(name, exclusive=True))
         self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ,
                             use_magnetometer=self._flag('use_magnetometer'),
-                            watch_posture=self._flag('watch_posture'))
+                            watch_posture=self._flag('watch_posture'),
+                            allow_uncalibrated=self._flag('allow_uncalibrated'))
+        for note in filter(None, (found.problem, *(servo.doubt for servo in found.servos))):
+            self.get_logger().warning(f'calibration: {note}')
         # Before all else: a chip that a crash left driven is off.
         self._robot.connect()
         self._part = registry.find(self._bus, self._text('imu'))

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from w2b_hw.calibration import Calibration
+from w2b_hw.calibration import HOW_TO_FINISH, Calibration
 from w2b_hw.imu.orientation import LONGEST_GAP_PERIODS, Orientation
 from w2b_hw.imu.part import ImuError, Part, Sample
 from w2b_hw.joints import limit_rad
@@ -76,6 +76,8 @@ class Robot:
         See `imu.orientation.Orientation`.
     watch_posture
         Whether to hold and relax when the IMU says that the robot fell or was picked up.
+    allow_uncalibrated
+        Whether to arm though nobody calibrated some servos.
     clock
         Monotonic seconds: tells that the process was stopped within a frame.
 
@@ -84,9 +86,11 @@ class Robot:
     def __init__(self, bus: FrameBudget, calibration: Calibration, power: Power, *,
                  rate_hz: float = 20.0, limits: Limits | None = None,
                  use_magnetometer: bool = False, watch_posture: bool = True,
+                 allow_uncalibrated: bool = False,
                  clock: Callable[[], float] = time.monotonic) -> None:
         board = calibration.board
         self._servos = calibration.servos
+        self._uncalibrated = '' if allow_uncalibrated else calibration.problem
         self._bus = bus
         self._bank = ServoBank(self._bus, [servo.channel for servo in self._servos],
                                address=board.address, oscillator_hz=board.oscillator_hz,
@@ -129,6 +133,9 @@ class Robot:
         safety = self.safety
         if safety.state not in (State.DISARMED, State.FAULT):
             return f'already {safety.state.value}'
+        if self._uncalibrated:
+            return (f'{self._uncalibrated}: {HOW_TO_FINISH}, or set allow_uncalibrated:=true '
+                    'and start again')
         if self._power.undervoltage():
             return 'the supply is too low: charge or replace it, then arm again'
         if self._imu_failures >= FAULT_AFTER_FRAMES:
