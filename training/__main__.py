@@ -26,6 +26,8 @@ COMMANDS = {
     'legs': ('training.legs.command', 'train legs that are commanded, by a recipe'),
     'rest': ('training.robust.rest', 'under how many of all words a controller rests'),
     'ear': ('training.grounding.ear', 'train an ear: a lexicon in, an ear out'),
+    'judge': ('training.judge.command',
+              'what a controller does in an independent engine, under disturbances'),
     'grounding': ('training.grounding.benchmark',
                   'judge hearing on a lexicon: unseen words, refusal, phrases, rivals'),
     'study': ('training.study.command', 'the whole study of the paper, or a part of it'),
