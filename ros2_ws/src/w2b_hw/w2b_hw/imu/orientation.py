@@ -7,6 +7,7 @@ from math import degrees, radians
 import imufusion
 import numpy as np
 
+from w2b_hw.imu.gyroscope_bias import GyroscopeBias
 from w2b_hw.imu.part import STANDARD_GRAVITY_M_S2, Sample
 
 #: x east, y north, z up: REP-103.
@@ -48,6 +49,8 @@ class Orientation:
     def __init__(self, rate_hz: float, gyroscope_range_dps: float,
                  use_magnetometer: bool = False) -> None:
         self._use_magnetometer = use_magnetometer
+        #: Of the gyroscope, learnt while the robot stands.
+        self.bias = GyroscopeBias(rate_hz)
         self._ahrs = imufusion.Ahrs()
         settings = imufusion.AhrsSettings(
             sample_rate=rate_hz, gain=_GAIN, gyroscope_range=gyroscope_range_dps,
@@ -56,7 +59,6 @@ class Orientation:
         # Set afterwards: the constructor of imufusion 1.3.3 ignores this one.
         settings.convention = _CONVENTION
         self._ahrs.set_settings(settings)
-
         self._period_s = 1.0 / rate_hz
         self._agreed_s = 0.0
         self._unlevelled_s = 0.0
@@ -76,6 +78,7 @@ class Orientation:
     def restart(self) -> None:
         """Forget the orientation: samples were missing, and the robot may have been turned."""
         self._ahrs.restart()
+        self.bias.restart()
         self._agreed_s = self._unlevelled_s = 0.0
         self._field_age_s = float('inf')
         self.settled = False
@@ -90,7 +93,7 @@ class Orientation:
         if not 0.0 < elapsed_s <= LONGEST_GAP_PERIODS * self._period_s:
             self.restart()
             elapsed_s = self._period_s
-        rate_dps = np.array([degrees(value) for value in sample.angular_velocity_rad_s])
+        rate_dps = np.array([degrees(value) for value in self.bias.corrected(sample)])
         force_g = np.array(sample.acceleration_m_s2) / STANDARD_GRAVITY_M_S2
         field_t = sample.field_t if self._use_magnetometer else None
         self._ahrs.set_sample_period(elapsed_s)
