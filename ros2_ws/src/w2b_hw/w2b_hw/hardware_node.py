@@ -12,6 +12,7 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from builtin_interfaces.msg import Time
 from rclpy.qos import QoSProfile
@@ -40,6 +41,7 @@ from w2b_hw.transport import (
     FrameBudget,
     check_name,
     is_emulated,
+    is_simulated,
     open_transport,
 )
 from w2b_hw.watchdog import Systemd
@@ -48,6 +50,9 @@ from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.managed_node import ManagedNode, Parameter, declare
 from w2b_ros.ros_messages import FRAMES_OUT, TARGETS, to_stamp
 
+if TYPE_CHECKING:
+    from w2b_hw.emulation.process import SimulatedRobot
+
 RATE_HZ = 20.0
 PULSES = QoSProfile(depth=10)
 DEFAULT_CALIBRATION = '~/.config/w2b/calibration.yaml'
@@ -55,7 +60,8 @@ PARAMETERS = (
     Parameter('autostart', True, 'Configure and activate without being asked.'),
     Parameter('auto_arm', False, 'Arm with the first target, once; a fault needs ~/arm again.'),
     Parameter('transport', DEFAULT_DEVICE,
-              'I2C bus: a device, or emulated, or emulated:SOCKET for chips in another process.'),
+              'I2C bus: a device; emulated, or emulated:SOCKET for chips in another process; '
+              'simulated for chips on a simulated body.'),
     Parameter('calibration', DEFAULT_CALIBRATION,
               'Calibration file. Emulated chips need none: an ideal robot is the default there.'),
     Parameter('allow_uncalibrated', False, 'Arm though nobody calibrated some of the servos.'),
@@ -83,6 +89,7 @@ class HardwareNode(ManagedNode):
         self._systemd = Systemd()
         self._bus: FrameBudget | None = None
         self._guard: Guard | None = None
+        self._simulated: SimulatedRobot | None = None
         self._robot: Robot | None = None
         self._io: IoThread | None = None
         self._part: Part | None = None
@@ -131,6 +138,11 @@ class HardwareNode(ManagedNode):
 
     def _configure(self, name: str) -> None:
         check_name(name)
+        if is_simulated(name):
+            from w2b_hw.emulation.process import SimulatedRobot
+
+            self._simulated = SimulatedRobot(name)
+            name = self._simulated.transport
         found = self._calibration(name)
         self._bus = FrameBudget(open_transport(name, exclusive=True))
         self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ,
@@ -182,6 +194,9 @@ class HardwareNode(ManagedNode):
         if self._guard is not None:
             self._guard.close()
             self._guard = None
+        if self._simulated is not None:
+            self._simulated.close()
+            self._simulated = None
 
     def close(self) -> None:
         """Turn everything off before the process ends."""

@@ -11,6 +11,7 @@ The physics engine is imported here and nowhere else in this package.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from time import monotonic
 from typing import Any
@@ -147,6 +148,17 @@ class CoupledServer(ChipServer):
         super().__init__(path, imu)
         self.body = SimulatedBody(self.robot, **options)
         self._unplugged: list[Any] = []
+
+    def serve(self) -> None:
+        """Answer clients until the process ends; the body moves on between their transfers."""
+        threading.Thread(target=self._keep_up, daemon=True).start()
+        super().serve()
+
+    def _keep_up(self) -> None:
+        never = threading.Event()
+        while not never.wait(SLICE_S):
+            with self._lock:
+                self.body.catch_up()
 
     def _answer(self, request: dict[str, Any]) -> dict[str, Any]:
         self.body.catch_up()

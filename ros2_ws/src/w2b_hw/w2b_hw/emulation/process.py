@@ -1,0 +1,73 @@
+"""Emulated chips on a simulated body, as a process that ends with the one that started it."""
+
+from __future__ import annotations
+
+import os
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from w2b_hw.transport import EMULATED
+
+DEFAULT_BODY = 'physical_twin'
+#: A physics engine is imported first.
+_READY_WITHIN_S = 60.0
+_END_WITHIN_S = 5.0
+
+
+class SimulatedRobot:
+    """
+    The process; `transport` is the name of its bus.
+
+    Parameters
+    ----------
+    name
+        `simulated`, or `simulated:ENGINE` with an engine of `w2b_sim`.
+
+    Raises
+    ------
+    OSError
+        If it does not start; the message has its reason.
+
+    """
+
+    def __init__(self, name: str) -> None:
+        engine = name.partition(':')[2]
+        self._folder = Path(tempfile.mkdtemp(prefix='w2b-'))
+        socket = self._folder / 'chips'
+        self.transport = f'{EMULATED}:{socket}'
+        self._log = self._folder / 'log'
+        with self._log.open('wb') as log:
+            # A session of its own: Ctrl-C must not end the chips before the servos are off.
+            self._process = subprocess.Popen(
+                [sys.executable, '-m', 'w2b_hw.emulation.server', str(socket),
+                 '--body', DEFAULT_BODY, '--end-with-stdin',
+                 *(['--engine', engine] if engine else [])],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, start_new_session=True)
+        assert self._process.stdout is not None
+        ready, _, _ = select.select([self._process.stdout], [], [], _READY_WITHIN_S)
+        if not ready or not os.read(self._process.stdout.fileno(), 1):
+            said = self._log.read_text(errors='replace').strip().splitlines()
+            self.close()
+            raise OSError(f'the simulated robot did not start: {said[-1] if said else "no word"}')
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    def close(self) -> None:
+        """End the process."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.close()
+        self._process.stdout.close()
+        try:
+            self._process.wait(_END_WITHIN_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        shutil.rmtree(self._folder, ignore_errors=True)
