@@ -1,0 +1,1 @@
+"""The command `w2b`: one entry in `commands.COMMANDS` is one subcommand."""
