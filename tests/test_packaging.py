@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 import pytest
 
 import w2b_core
+from w2b_controller.cli.commands import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text())
@@ -43,10 +44,12 @@ def test_each_ros_package_has_the_one_version(name):
     assert 'package.xml' in ast.unparse(setup_arguments(PACKAGES[name])['version'])
 
 
-def test_pip_and_colcon_install_the_same_commands():
+def test_every_program_that_colcon_installs_is_a_subcommand_of_w2b():
     of_colcon = {name: target for package in PACKAGES.values()
                  for name, target in scripts(package).items()}
-    assert PROJECT['project']['scripts'] == of_colcon
+    assert of_colcon.pop('w2b') == PROJECT['project']['scripts']['w2b']
+    assert len(of_colcon) >= 11
+    assert of_colcon == {name: COMMANDS.get(name).target for name in of_colcon}
 
 
 def test_each_library_is_in_constraints_and_no_requirements_file_includes_another():
@@ -147,10 +150,13 @@ import w2b_core, w2b_sim, training
 from w2b_core.controller import file
 from w2b_core.vocabulary import Vocabulary
 from pathlib import Path
+from w2b_core.mind import mind_of
+mind = mind_of(file.load(file.shipped('quadruped')))
 print(json.dumps({
     'from': w2b_core.__file__, 'version': w2b_core.__version__,
     'ros': importlib.util.find_spec('rclpy') is not None,
     'numba': importlib.util.find_spec('numba') is not None,
+    'joints': len(mind.motors), 'follows': mind.follows,
     'body': file.load(file.shipped('quadruped')).body,
     'words': len(Vocabulary.load().words),
     'configs': sorted(p.name for p in Path(training.__file__).parent.glob('configs/*.yaml'))}))
@@ -165,6 +171,7 @@ def test_the_wheel_works_in_an_empty_environment_without_ros(elsewhere):
     assert not said['ros']
     assert not said['numba']
     assert said['version'] == w2b_core.__version__
+    assert (said['joints'], said['follows']) == (8, False)
     assert said['body'] == 'quadruped'
     assert said['words'] > 26_000
     assert 'paper.yaml' in said['configs']
@@ -172,7 +179,7 @@ def test_the_wheel_works_in_an_empty_environment_without_ros(elsewhere):
 
 @pytest.mark.parametrize(('command', 'expected'), [
     (('w2b', '--help'), 'usage: w2b'), (('w2b', 'urdf', 'quadruped'), '<robot'),
-    (('vocabulary', '--help'), 'usage'), (('w2b', 'arm', '--help'), 'usage: w2b arm')])
+    (('w2b', 'vocabulary', '--help'), 'usage'), (('w2b', 'arm', '--help'), 'usage: w2b arm')])
 def test_its_commands_run(elsewhere, command, expected):
     done = elsewhere(*command)
     assert done.returncode == 0, done.stderr

@@ -11,7 +11,7 @@ setup(
     version=ElementTree.parse('package.xml').findtext('version'),
     packages=find_packages(exclude=['test']),
     package_data={package_name: ['py.typed', 'controllers/*.json', 'vocabularies/*',
-                                 'vocabularies/*/*']},
+                                 'vocabularies/*/*', 'vocabularies/*/*/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),

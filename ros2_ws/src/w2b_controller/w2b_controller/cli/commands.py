@@ -1,8 +1,10 @@
-"""The subcommands of `w2b`: a name, the function that runs, and what has to be installed."""
+"""The subcommands of `w2b`, by name; a plugin adds one with `COMMANDS.add(name, Command(...))`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+from w2b_core.registry import Registry
 
 
 @dataclass(frozen=True)
@@ -13,50 +15,43 @@ class Command:
     Attributes
     ----------
     target
-        `module:function`, imported only when the command is given. The function takes no argument:
-        it reads `sys.argv`, answers `--help` and returns the exit code (None: 0).
-    purpose
+        `module:function`, imported only when the command is given. The function takes no argument,
+        reads `sys.argv`, and returns the exit code.
+    about
         One line for `w2b --help`.
-    extra
-        The extra of the package `w2b` that has its libraries; empty where none is needed.
+    extras
+        Extras of the package `w2b` that have its libraries, such as `sim,ros`; empty: none.
 
     """
 
     target: str
-    purpose: str
-    extra: str = ''
+    about: str
+    extras: str = ''
 
 
-#: Groups of subcommands as `w2b --help` shows them. A new subcommand is one entry here.
-GROUPS: dict[str, dict[str, Command]] = {
-    'the robot or the simulation that runs': {
-        'say': Command('w2b_controller.say:main', 'say a word to the brain', 'ros'),
-        'console': Command('w2b_controller.console:main', 'type words, see the answers', 'ros'),
-        'status': Command('w2b_controller.cli.status:main', 'state of body and brain', 'ros'),
-        'arm': Command('w2b_controller.cli.services:arm', 'energise the servos one by one', 'ros'),
-        'disarm': Command('w2b_controller.cli.services:disarm', 'park, then servos off', 'ros'),
-        'stop': Command('w2b_controller.cli.services:stop',
-                        'emergency stop: servos off now', 'ros'),
-        'reset': Command('w2b_controller.cli.services:reset',
-                         'put the simulated body back to its start', 'ros'),
-        'pause': Command('w2b_controller.cli.services:pause',
-                         'stop the simulation; `pause off` lets it run', 'ros'),
-        'echo': Command('w2b_controller.cli.echo:main', 'print the messages of a topic', 'ros'),
-    },
-    'nodes': {
-        'brain': Command('w2b_controller.brain:main', 'hears words, sends joint targets', 'ros'),
-        'sim': Command('w2b_sim.sim:main', 'a simulated body', 'sim,ros'),
-        'hardware': Command('w2b_hw.node:main', "the robot's servos and IMU", 'hw,ros'),
-    },
-    'tools': {
-        'vocabulary': Command('w2b_core.vocabulary.command:main', 'install and list word vectors'),
-        'urdf': Command('w2b_sim.print_urdf:main', "print a body's robot description"),
-        'train': Command('training.__main__:main', 'evolution, the study, measurements', 'train'),
-        'preflight': Command('w2b_hw.preflight:main', 'check what the robot needs', 'hw'),
-        'calibrate': Command('w2b_hw.calibrate:main', 'zero, range, direction of servos', 'hw'),
-        'relax': Command('w2b_hw.relax:main', 'servos off over the bus, without ROS', 'hw'),
-        'emulator': Command('w2b_hw.emulation.server:main', 'serve emulated chips', 'hw'),
-    },
-}
-COMMANDS: dict[str, Command] = {
-    name: command for group in GROUPS.values() for name, command in group.items()}
+COMMANDS: Registry[Command] = Registry('command')
+
+_ROBOT = 'w2b_controller.cli.robot'
+for _name, _target, _extras, _about in (
+        ('say', 'w2b_controller.say:main', 'ros', 'say a word to the brain, wait for its answer'),
+        ('console', 'w2b_controller.console:main', 'ros', 'type words, read the answers'),
+        ('arm', f'{_ROBOT}:arm', 'ros', 'let the servos follow the brain'),
+        ('disarm', f'{_ROBOT}:disarm', 'ros', 'park and relax the servos'),
+        ('stop', f'{_ROBOT}:stop', 'ros',
+         'emergency stop: servos off at once; a simulation pauses'),
+        ('reset', f'{_ROBOT}:reset', 'ros', 'put a simulated body back to its start'),
+        ('pause', f'{_ROBOT}:pause', 'ros', 'stop the clock of a simulation, or let it go on'),
+        ('status', f'{_ROBOT}:status', 'ros', 'how brain and body are'),
+        ('echo', f'{_ROBOT}:echo', 'ros', 'print what is published on a topic'),
+        ('teach', 'w2b_controller.cli.teach:main', '', "add a word to a controller's ear"),
+        ('brain', 'w2b_controller.brain:main', 'ros', 'the node that hears words, moves a body'),
+        ('sim', 'w2b_sim.sim:main', 'sim,ros', 'the node that simulates a body'),
+        ('hardware', 'w2b_hw.node:main', 'hw,ros', 'the node that drives the servos of a robot'),
+        ('calibrate', 'w2b_hw.calibrate:main', 'hw', 'calibrate the servos, one by one'),
+        ('preflight', 'w2b_hw.preflight:main', 'hw', 'check bus, chips, calibration before arming'),
+        ('relax', 'w2b_hw.relax:main', 'hw', 'all servos off; needs nothing but the bus'),
+        ('emulator', 'w2b_hw.emulation.server:main', 'hw', 'the chips of a robot, emulated'),
+        ('urdf', 'w2b_sim.print_urdf:main', '', "print a body's robot description"),
+        ('vocabulary', 'w2b_core.vocabulary.command:main', '', 'word vectors: install, look up'),
+        ('train', 'training.__main__:main', 'train', 'evolution, the study, what is measured')):
+    COMMANDS.add(_name, Command(_target, _about, _extras))

@@ -7,6 +7,7 @@ from math import degrees, radians
 import imufusion
 import numpy as np
 
+from w2b_hw.imu.gyroscope_bias import GyroscopeBias
 from w2b_hw.imu.part import STANDARD_GRAVITY_M_S2, Sample
 
 #: x east, y north, z up: REP-103.
@@ -40,6 +41,8 @@ class Orientation:
     def __init__(self, rate_hz: float, gyroscope_range_dps: float,
                  use_magnetometer: bool = False) -> None:
         self._use_magnetometer = use_magnetometer
+        #: Of the gyroscope, learnt while the robot stands.
+        self.bias = GyroscopeBias(rate_hz)
         self._ahrs = imufusion.Ahrs()
         settings = imufusion.AhrsSettings(
             sample_rate=rate_hz, gain=_GAIN, gyroscope_range=gyroscope_range_dps,
@@ -56,7 +59,7 @@ class Orientation:
 
     def update(self, sample: Sample, elapsed_s: float) -> tuple[float, float, float, float]:
         """Take a sample, so long after the last; return the quaternion x, y, z, w."""
-        rate_dps = np.array([degrees(value) for value in sample.angular_velocity_rad_s])
+        rate_dps = np.array([degrees(value) for value in self.bias.corrected(sample)])
         force_g = np.array(sample.acceleration_m_s2) / STANDARD_GRAVITY_M_S2
         self._ahrs.set_sample_period(elapsed_s)
         if self._use_magnetometer and sample.field_t is not None:
