@@ -117,8 +117,12 @@ class Worlds(Strict):
     What differs from one situation to the next: ranges, and in which share of them.
 
     `hard` is the share of situations in which everything differs; in the others each part does
-    with its own probability.
+    with its own probability. `dry_friction` replaces unbounded viscous friction, as the paper's
+    world has it, by a coefficient and by contacts that act just before they are reached: what the
+    judges, PyBullet and MuJoCo, have in its place.
     """
+
+    dry_friction: Positive | None = None
 
     friction: Range = (0.4, 1.0)
     base_mass_scale: Range = (0.7, 1.3)
