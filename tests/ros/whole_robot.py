@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from std_srvs.srv import Trigger
@@ -16,55 +16,57 @@ from w2b_hw.emulation.client import SocketTransport
 
 
 class WholeRobot:
-    """Processes: the emulated chips with their body, the hardware node, the brain."""
+    """
+    Processes: the emulated chips with their body, the hardware node, the brain.
+
+    They run in lockstep: the body's time goes on when the brain has answered, so that a busy
+    machine makes a run slow and not wrong. All times here are the body's.
+    """
 
     def __init__(self, system: System, folder: Path, controller: Path) -> None:
         self.system = system
         socket = str(folder / 'chips')
-        system.start('emulator', socket, '--body', 'physical_twin')
+        system.start('emulator', socket, '--body', 'physical_twin', '--lockstep')
         system.wait(lambda: os.path.exists(socket), 'the emulated chips')
-        self.chips = SocketTransport(socket)
-        self.hardware = system.start('hardware', transport=f'emulated:{socket}')
-        self.brain = system.start('brain', controller=str(controller), command_timeout=0.0)
+        self.chips = SocketTransport(socket, timeout_s=60.0)
+        self.hardware = system.start('hardware', transport=f'simulated:{socket}',
+                                     real_time_factor=0.0)
+        self.brain = system.start('brain', controller=str(controller))
         system.wait_for_brain()
 
     def arm(self) -> None:
-        """Arm and wait until it stands; arm again where a busy machine let targets come late."""
-        def active() -> bool:
-            if self.state() in ('', 'DISARMED', 'FAULT'):
-                self.system.call(Trigger, 'hardware/arm', Trigger.Request())
-                self.spin(0.3)
-            return self.state() == 'ACTIVE' and self.height_m() > 0.06
-        self.system.wait(active, 'a robot that stands')
+        """Arm and wait until it stands."""
+        self.system.wait_for_status('hardware: safety', 0)
+        assert self.system.call(Trigger, 'hardware/arm', Trigger.Request()).success
+        self.system.wait(lambda: self.state() == 'ACTIVE' and self.height_m() > 0.06,
+                         'a robot that stands')
 
     def state(self) -> str:
         status = self.system.statuses.get('hardware: safety')
         return '' if status is None else values_of(status).get('state', '')
 
-    def spin(self, seconds: float) -> None:
-        """Let time pass."""
-        end_s = time.monotonic() + seconds
-        self.system.wait(lambda: time.monotonic() >= end_s, 'time', seconds + 5)
-
-    def seen(self) -> dict:
+    def seen(self) -> dict[str, Any]:
         """Where the body is."""
-        return self.chips.request({'body': True})['body']
+        seen: dict[str, Any] = self.chips.request({'body': True})['body']
+        return seen
 
     def height_m(self) -> float:
         return float(self.seen()['position_m'][2])
 
-    def follow(self, word: str, seconds: float, every_s: float = 0.25) -> Way:
+    def follow(self, word: str, seconds: float) -> Way:
         """Say a word, let it be followed, and return the way of the body since then."""
         level, message, _ = self.system.tell(word)
         assert level == 0, message
-        return self.follow_nothing(seconds, every_s)
+        return self.go_on(seconds)
 
-    def follow_nothing(self, seconds: float, every_s: float = 0.25) -> Way:
-        """Return the way of the body in some seconds from now on."""
+    def go_on(self, seconds: float) -> Way:
+        """Return the way of the body in some of its seconds from now on."""
         log = [self.seen()]
-        for _ in range(round(seconds / every_s)):
-            self.spin(every_s)
+
+        def over() -> bool:
             log.append(self.seen())
+            return bool(log[-1]['time_s'] >= log[0]['time_s'] + seconds)
+        self.system.wait(over, f'{seconds:g} s of the body', 20 * seconds + 60)
         return Way(log)
 
     def close(self) -> None:
@@ -77,7 +79,7 @@ class WholeRobot:
 class Way:
     """Where a body went, in the axes of its heading at the beginning."""
 
-    def __init__(self, log: list[dict]) -> None:
+    def __init__(self, log: list[dict[str, Any]]) -> None:
         self.seconds = log[-1]['time_s'] - log[0]['time_s']
         turns = np.array([seen['orientation_xyzw'] for seen in log])
         x, y, z, w = turns.T
@@ -92,5 +94,5 @@ class Way:
         self.swing_rad = np.ptp([seen['joint_position_rad'] for seen in log], axis=0)
 
     def __repr__(self) -> str:
-        return (f'{self.seconds:.1f} s: along {self.along_m:+.3f} m, across {self.across_m:+.3f} m, '
-                f'turned {self.turned_deg:+.1f} deg, height {self.height_m:.3f} m')
+        return (f'{self.seconds:.1f} s: along {self.along_m:+.3f} m, '
+                f'across {self.across_m:+.3f} m, turned {self.turned_deg:+.1f} deg, height {self.height_m:.3f} m')

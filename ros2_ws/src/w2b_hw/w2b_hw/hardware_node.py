@@ -25,6 +25,7 @@ from w2b_core.body_status import FRESH_PERIODS, BodyStatus, marked_epoch
 from w2b_core.status import Level, Status
 from w2b_core.trajectory import TrajectoryError
 from w2b_hw import calibration, messages
+from w2b_hw.clocks import Clock, SteppedClock, WallClock
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
 from w2b_hw.imu.part import ImuError, Part, Sample
@@ -39,6 +40,7 @@ from w2b_hw.transport import (
     DEFAULT_DEVICE,
     EMULATED,
     FrameBudget,
+    Transport,
     check_name,
     is_emulated,
     is_simulated,
@@ -61,7 +63,9 @@ PARAMETERS = (
     Parameter('auto_arm', False, 'Arm with the first target, once; a fault needs ~/arm again.'),
     Parameter('transport', DEFAULT_DEVICE,
               'I2C bus: a device; emulated, or emulated:SOCKET for chips in another process; '
-              'simulated for chips on a simulated body.'),
+              'simulated for chips on a simulated body, started with this node.'),
+    Parameter('real_time_factor', 1.0, 'Of a simulated body: its seconds a second, at most; 0 for '
+              'as fast as the brain answers. Its time waits for the brain.', (0.0, 100.0), fixed=True),
     Parameter('calibration', DEFAULT_CALIBRATION,
               'Calibration file. Emulated chips need none: an ideal robot is the default there.'),
     Parameter('allow_uncalibrated', False, 'Arm though nobody calibrated some of the servos.'),
@@ -90,6 +94,7 @@ class HardwareNode(ManagedNode):
         self._bus: FrameBudget | None = None
         self._guard: Guard | None = None
         self._simulated: SimulatedRobot | None = None
+        self._clock: Clock = WallClock()
         self._robot: Robot | None = None
         self._io: IoThread | None = None
         self._part: Part | None = None
@@ -138,14 +143,9 @@ class HardwareNode(ManagedNode):
 
     def _configure(self, name: str) -> None:
         check_name(name)
-        if is_simulated(name):
-            from w2b_hw.emulation.process import SimulatedRobot
-
-            self._simulated = SimulatedRobot(name)
-            name = self._simulated.transport
         found = self._calibration(name)
-        self._bus = FrameBudget(open_transport(name, exclusive=True))
-        self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ,
+        self._bus = FrameBudget(self._open(name))
+        self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ, clock=self._clock.now,
                             use_magnetometer=self._flag('use_magnetometer'),
                             watch_posture=self._flag('watch_posture'),
                             allow_uncalibrated=self._flag('allow_uncalibrated'))
@@ -155,13 +155,27 @@ class HardwareNode(ManagedNode):
         self._robot.connect()
         self._part = registry.find(self._bus, self._text('imu'))
         self._robot.attach_imu(self._part)
-        if name != EMULATED:
+        if name != EMULATED and not is_simulated(name):
             # Chips that outlive this process need somebody who does, too.
             self._guard = Guard(name, found.board.address)
 
+    def _open(self, name: str) -> Transport:
+        """Return the bus; with a simulated body behind it, frames run by a stepped clock."""
+        if not is_simulated(name):
+            self._clock = WallClock()
+            return open_transport(name, exclusive=True)
+        from w2b_hw.emulation.process import SimulatedRobot, connect
+
+        self._clock = SteppedClock(float(self.get_parameter('real_time_factor').value))
+        path = name.partition(':')[2]
+        if not path.startswith('/'):
+            self._simulated = SimulatedRobot(name)
+            path = self._simulated.path
+        return connect(path, self._clock)
+
     def _calibration(self, transport: str) -> calibration.Calibration:
         path = self._text('calibration')
-        if is_emulated(transport) and path == DEFAULT_CALIBRATION:
+        if (is_emulated(transport) or is_simulated(transport)) and path == DEFAULT_CALIBRATION:
             return calibration.nominal()
         return calibration.load(Path(path).expanduser())
 
@@ -171,7 +185,8 @@ class HardwareNode(ManagedNode):
         self._gate = TargetGate()
         self._auto_arm = bool(self.get_parameter('auto_arm').value)
         self._io = IoThread(self._robot, period_s=1.0 / RATE_HZ, on_frame=self._on_frame,
-                            on_pose=self._on_pose, sign_of_life=self._sign_of_life)
+                            on_pose=self._on_pose, sign_of_life=self._sign_of_life,
+                            clock=self._clock)
         self._io.start()
         self._systemd.ready()
 
@@ -206,12 +221,12 @@ class HardwareNode(ManagedNode):
     # -- called in the I/O thread
 
     def _on_frame(self, report: Report) -> None:
-        self._frames.append((self.get_clock().now().nanoseconds, report))
+        self._frames.append((self._clock.stamp_ns(), report))
         self._news.trigger()
 
     def _on_pose(self, report: Report) -> None:
         if self._pulses.get_subscription_count():
-            self._poses.append((self.get_clock().now().nanoseconds, report))
+            self._poses.append((self._clock.stamp_ns(), report))
             self._news.trigger()
 
     def _sign_of_life(self, driven: bool) -> None:
@@ -265,7 +280,7 @@ class HardwareNode(ManagedNode):
     def _on_target(self, message: JointTrajectory) -> None:
         if self._io is None:
             return
-        now_ns = self.get_clock().now().nanoseconds
+        now_ns = self._clock.stamp_ns()
         try:
             answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
             trajectory.check(message.joint_names, message.points, 1.0 / RATE_HZ)
@@ -305,7 +320,7 @@ class HardwareNode(ManagedNode):
             return 'the node is not active'
         if self._guard is not None and not self._guard.alive():
             return 'the guard process ended: start this node again'
-        now_ns = self.get_clock().now().nanoseconds
+        now_ns = self._clock.stamp_ns()
         refusal = self._io.ask(self._robot.arm)
         if refusal is None:
             self._armed_at_ns = now_ns

@@ -174,7 +174,8 @@ def check_name(name: str) -> None:
     """Raise a ValueError unless `name` has the form of a bus's name."""
     if not (is_emulated(name) or is_simulated(name) or name.startswith('/')):
         raise ValueError(f'transport: expected a device such as {DEFAULT_DEVICE}, {EMULATED}, '
-                         f'{EMULATED}:SOCKET, {SIMULATED} or {SIMULATED}:ENGINE, got {name!r}')
+                         f'{EMULATED}:SOCKET, {SIMULATED}, {SIMULATED}:ENGINE or '
+                         f'{SIMULATED}:/SOCKET, got {name!r}')
 
 
 def open_transport(name: str = DEFAULT_DEVICE, *, exclusive: bool = False) -> Transport:

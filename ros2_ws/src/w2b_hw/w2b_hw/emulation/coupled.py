@@ -140,18 +140,28 @@ class CoupledServer(ChipServer):
     """
     `ChipServer` with a body; one transfer at a time, each after the body has caught up.
 
+    In lockstep the time is what clients tell with their requests, as `"clock"`.
+
     Beside its requests `{"body": true}` says where the body is, `{"imu": false}` unplugs the IMU
     and `{"imu": true}` plugs it in again.
     """
 
-    def __init__(self, path: str, imu: str = 'lsm6dsox', **options: Any) -> None:
-        super().__init__(path, imu)
-        self.body = SimulatedBody(self.robot, **options)
+    def __init__(self, path: str, imu: str = 'lsm6dsox', *, lockstep: bool = False,
+                 **options: Any) -> None:
+        self._told_s = 0.0
+        self._lockstep = lockstep
+        clock = self._told if lockstep else monotonic
+        super().__init__(path, imu, clock)
+        self.body = SimulatedBody(self.robot, clock=clock, **options)
         self._unplugged: list[Any] = []
+
+    def _told(self) -> float:
+        return self._told_s
 
     def serve(self) -> None:
         """Answer clients until the process ends; the body moves on between their transfers."""
-        threading.Thread(target=self._keep_up, daemon=True).start()
+        if not self._lockstep:
+            threading.Thread(target=self._keep_up, daemon=True).start()
         super().serve()
 
     def _keep_up(self) -> None:
@@ -161,6 +171,7 @@ class CoupledServer(ChipServer):
                 self.body.catch_up()
 
     def _answer(self, request: dict[str, Any]) -> dict[str, Any]:
+        self._told_s = max(self._told_s, float(request.get('clock', 0.0)))
         self.body.catch_up()
         if 'body' in request:
             return {'body': self.body.seen()}

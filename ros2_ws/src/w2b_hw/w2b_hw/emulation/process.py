@@ -10,7 +10,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from w2b_hw.transport import EMULATED
+from w2b_hw.clocks import Clock
+from w2b_hw.emulation.client import SocketTransport
+from w2b_hw.transport import Transport
 
 DEFAULT_BODY = 'physical_twin'
 #: A physics engine is imported first.
@@ -18,9 +20,14 @@ _READY_WITHIN_S = 60.0
 _END_WITHIN_S = 5.0
 
 
+def connect(path: str, clock: Clock) -> Transport:
+    """Return the bus to chips in lockstep with `clock` (OSError if none are served at `path`)."""
+    return SocketTransport(path, clock=clock.now)
+
+
 class SimulatedRobot:
     """
-    The process; `transport` is the name of its bus.
+    The process; `path` is that of its socket.
 
     Parameters
     ----------
@@ -38,13 +45,13 @@ class SimulatedRobot:
         engine = name.partition(':')[2]
         self._folder = Path(tempfile.mkdtemp(prefix='w2b-'))
         socket = self._folder / 'chips'
-        self.transport = f'{EMULATED}:{socket}'
+        self.path = str(socket)
         self._log = self._folder / 'log'
         with self._log.open('wb') as log:
             # A session of its own: Ctrl-C must not end the chips before the servos are off.
             self._process = subprocess.Popen(
                 [sys.executable, '-m', 'w2b_hw.emulation.server', str(socket),
-                 '--body', DEFAULT_BODY, '--end-with-stdin',
+                 '--body', DEFAULT_BODY, '--lockstep', '--end-with-stdin',
                  *(['--engine', engine] if engine else [])],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, start_new_session=True)
         assert self._process.stdout is not None

@@ -19,8 +19,9 @@ import os
 import socket
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from w2b_hw import command_line
@@ -31,8 +32,9 @@ from w2b_hw.transport import Message, Read, Write
 class ChipServer:
     """Serves one emulated robot to any number of clients, one transfer at a time."""
 
-    def __init__(self, path: str, imu: str = 'lsm6dsox') -> None:
-        self.robot = EmulatedRobot(imu)
+    def __init__(self, path: str, imu: str = 'lsm6dsox',
+                 clock: Callable[[], float] = monotonic) -> None:
+        self.robot = EmulatedRobot(imu, clock)
         self._held = False
         self._lock = threading.Lock()
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -93,6 +95,9 @@ def main() -> None:
                         help='what moves it (default: %(default)s)')
     parser.add_argument('--calibration', type=Path, default=None, metavar='FILE',
                         help='what its servos are like in truth (default: a nominal robot)')
+    parser.add_argument('--lockstep', action='store_true',
+                        help="the body's time is what the hardware node tells it "
+                             '(transport:=simulated:SOCKET)')
     parser.add_argument('--end-with-stdin', action='store_true',
                         help='end when standard input does: with the process that started this')
     arguments = parser.parse_args(command_line.own())
@@ -119,7 +124,8 @@ def _server(arguments: argparse.Namespace) -> ChipServer:
     robot = arguments.calibration
     return CoupledServer(
         arguments.path, arguments.imu, body=arguments.body, engine=arguments.engine,
-        calibration=None if robot is None else calibration.load(robot))
+        calibration=None if robot is None else calibration.load(robot),
+        lockstep=arguments.lockstep)
 
 
 def _end_with_stdin() -> None:
