@@ -25,6 +25,7 @@ class WholeRobot:
 
     def __init__(self, system: System, folder: Path, controller: Path) -> None:
         self.system = system
+        self.refusals: list[str] = []
         socket = str(folder / 'chips')
         system.start('emulator', socket, '--body', 'physical_twin', '--lockstep')
         system.wait(lambda: os.path.exists(socket), 'the emulated chips')
@@ -35,11 +36,14 @@ class WholeRobot:
         system.wait_for_brain()
 
     def arm(self) -> None:
-        """Arm and wait until it stands."""
-        self.system.wait_for_status('hardware: safety', 0)
-        assert self.system.call(Trigger, 'hardware/arm', Trigger.Request()).success
-        self.system.wait(lambda: self.state() == 'ACTIVE' and self.height_m() > 0.06,
-                         'a robot that stands')
+        """Arm, as soon as the brain answers frames, and wait until it stands."""
+        def standing() -> bool:
+            if self.state() in ('', 'DISARMED', 'FAULT'):
+                answer = self.system.call(Trigger, 'hardware/arm', Trigger.Request())
+                self.refusals.append(answer.message)
+                self.go_on(0.5)
+            return self.state() == 'ACTIVE' and self.height_m() > 0.06
+        self.system.wait(standing, 'a robot that stands')
 
     def state(self) -> str:
         status = self.system.statuses.get('hardware: safety')
@@ -94,5 +98,5 @@ class Way:
         self.swing_rad = np.ptp([seen['joint_position_rad'] for seen in log], axis=0)
 
     def __repr__(self) -> str:
-        return (f'{self.seconds:.1f} s: along {self.along_m:+.3f} m, '
-                f'across {self.across_m:+.3f} m, turned {self.turned_deg:+.1f} deg, height {self.height_m:.3f} m')
+        return (f'{self.seconds:.1f} s: along {self.along_m:+.3f} m, across {self.across_m:+.3f} m'
+                f', turned {self.turned_deg:+.1f} deg, height {self.height_m:.3f} m')

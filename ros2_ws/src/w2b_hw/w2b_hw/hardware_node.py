@@ -65,7 +65,8 @@ PARAMETERS = (
               'I2C bus: a device; emulated, or emulated:SOCKET for chips in another process; '
               'simulated for chips on a simulated body, started with this node.'),
     Parameter('real_time_factor', 1.0, 'Of a simulated body: its seconds a second, at most; 0 for '
-              'as fast as the brain answers. Its time waits for the brain.', (0.0, 100.0), fixed=True),
+              'as fast as the brain answers. Its time waits for the brain.', (0.0, 100.0),
+              fixed=True),
     Parameter('calibration', DEFAULT_CALIBRATION,
               'Calibration file. Emulated chips need none: an ideal robot is the default there.'),
     Parameter('allow_uncalibrated', False, 'Arm though nobody calibrated some of the servos.'),
@@ -94,7 +95,7 @@ class HardwareNode(ManagedNode):
         self._bus: FrameBudget | None = None
         self._guard: Guard | None = None
         self._simulated: SimulatedRobot | None = None
-        self._clock: Clock = WallClock()
+        self._frame_clock: Clock = WallClock()
         self._robot: Robot | None = None
         self._io: IoThread | None = None
         self._part: Part | None = None
@@ -145,7 +146,7 @@ class HardwareNode(ManagedNode):
         check_name(name)
         found = self._calibration(name)
         self._bus = FrameBudget(self._open(name))
-        self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ, clock=self._clock.now,
+        self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ, clock=self._frame_clock.now,
                             use_magnetometer=self._flag('use_magnetometer'),
                             watch_posture=self._flag('watch_posture'),
                             allow_uncalibrated=self._flag('allow_uncalibrated'))
@@ -162,16 +163,16 @@ class HardwareNode(ManagedNode):
     def _open(self, name: str) -> Transport:
         """Return the bus; with a simulated body behind it, frames run by a stepped clock."""
         if not is_simulated(name):
-            self._clock = WallClock()
+            self._frame_clock = WallClock()
             return open_transport(name, exclusive=True)
         from w2b_hw.emulation.process import SimulatedRobot, connect
 
-        self._clock = SteppedClock(float(self.get_parameter('real_time_factor').value))
+        self._frame_clock = SteppedClock(float(self.get_parameter('real_time_factor').value))
         path = name.partition(':')[2]
         if not path.startswith('/'):
             self._simulated = SimulatedRobot(name)
             path = self._simulated.path
-        return connect(path, self._clock)
+        return connect(path, self._frame_clock)
 
     def _calibration(self, transport: str) -> calibration.Calibration:
         path = self._text('calibration')
@@ -186,7 +187,7 @@ class HardwareNode(ManagedNode):
         self._auto_arm = bool(self.get_parameter('auto_arm').value)
         self._io = IoThread(self._robot, period_s=1.0 / RATE_HZ, on_frame=self._on_frame,
                             on_pose=self._on_pose, sign_of_life=self._sign_of_life,
-                            clock=self._clock)
+                            clock=self._frame_clock)
         self._io.start()
         self._systemd.ready()
 
@@ -221,12 +222,12 @@ class HardwareNode(ManagedNode):
     # -- called in the I/O thread
 
     def _on_frame(self, report: Report) -> None:
-        self._frames.append((self._clock.stamp_ns(), report))
+        self._frames.append((self._frame_clock.stamp_ns(), report))
         self._news.trigger()
 
     def _on_pose(self, report: Report) -> None:
         if self._pulses.get_subscription_count():
-            self._poses.append((self._clock.stamp_ns(), report))
+            self._poses.append((self._frame_clock.stamp_ns(), report))
             self._news.trigger()
 
     def _sign_of_life(self, driven: bool) -> None:
@@ -280,7 +281,7 @@ class HardwareNode(ManagedNode):
     def _on_target(self, message: JointTrajectory) -> None:
         if self._io is None:
             return
-        now_ns = self._clock.stamp_ns()
+        now_ns = self._frame_clock.stamp_ns()
         try:
             answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
             trajectory.check(message.joint_names, message.points, 1.0 / RATE_HZ)
@@ -320,7 +321,7 @@ class HardwareNode(ManagedNode):
             return 'the node is not active'
         if self._guard is not None and not self._guard.alive():
             return 'the guard process ended: start this node again'
-        now_ns = self._clock.stamp_ns()
+        now_ns = self._frame_clock.stamp_ns()
         refusal = self._io.ask(self._robot.arm)
         if refusal is None:
             self._armed_at_ns = now_ns
