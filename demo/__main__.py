@@ -24,12 +24,12 @@ import rclpy
 from rich.console import Console
 from rich.table import Table
 
-from demo.pictures import draw_gif, plot_paths
 from demo.robot import Motion as Watched
 from demo.robot import Robot
 from demo.ros_session import RosSession
 from w2b_core import bodies
 from w2b_core.behaviours import BEHAVIOURS, Bounds
+from w2b_core.command_process import command
 from w2b_core.controller import file as controller_file
 from w2b_core.outcome import Motion
 from w2b_sim.worlds import WORLDS
@@ -40,6 +40,7 @@ BOUNDS = Bounds(move_m=0.3, still_m=0.1)
 UNKNOWN_WORD = 'forwrad'
 
 
+@command
 def main() -> int:
     """Run the demo; return the exit code."""
     parser = argparse.ArgumentParser(prog='python -m demo', description=__doc__,
@@ -93,6 +94,7 @@ def run(out: Path, controller_name: str, console: Console) -> int:
     if not motions:
         return 1
     console.print('Drawing the robot ...')
+    from demo.pictures import draw_gif, plot_paths
     captions = {word: f'{word}: {"heard in training" if word in heard else "never heard before"}'
                 for word in motions}
     plot_paths(motions, heard, out / 'paths.png')

@@ -98,6 +98,7 @@ def start_from(path: Path) -> tuple[Calibration, str]:
         return calibration.nominal(), f'beginning from nominal values ({error})'
 
 
+@command_line.command
 def main() -> None:
     """Calibrate; exit code 1 with one line if that cannot be done."""
     parser = argparse.ArgumentParser(description='Calibrate the servos from the keyboard.')
