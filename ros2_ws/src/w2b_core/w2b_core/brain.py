@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from w2b_core import senses
 from w2b_core.body_status import BodyStatus
-from w2b_core.command import Answer, Listener
+from w2b_core.command import Answer, listener_of
 from w2b_core.controller.file import Controller
 from w2b_core.frame_stream import FrameStream, Verdict
 from w2b_core.mind import mind_of
@@ -76,7 +76,7 @@ class Brain:
     def __init__(self, controller: Controller, vocabulary: Vocabulary, *, frame_timeout_s: float,
                  clock: Callable[[], float], command_timeout_s: float = 0.0) -> None:
         self.controller = controller
-        self._ear = Listener(controller, vocabulary)
+        self._ear = listener_of(controller, vocabulary)
         self._clock = clock
         self._frame_timeout_s = frame_timeout_s
         self._command_timeout_s = command_timeout_s
@@ -112,7 +112,7 @@ class Brain:
         answer, heard = self._ear.hear(text)
         if heard is not None:
             self._mind.hear(heard)
-            self._doing = f'following {answer.values["words"]!r}'
+            self._doing = f'following {answer.follows!r}'
             self._word_epoch = '' if self._body is None else self._body.epoch
             self._heard_at_s = self._clock()
             self._answer = answer
