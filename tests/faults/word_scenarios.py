@@ -266,14 +266,3 @@ for _name, _text, _fields in (
         ('with efforts', 'effort: expected none', {'effort': [0.1] * 12})):
     scenario(f'trajectory {_name}', 'refused with the reason; held, parked, off',
              frames=50, ms=2550)(_refused(_text, **_fields))
-
-
-@scenario('extra joint in joint_states', 'ignored: it walks on', frames=0, ms=0)
-def extra_joint() -> Outcome:
-    with talking() as talk:
-        talk.arm()
-        talk.walks()
-        talk.extra = {'pan_joint': 0.5}
-        assert np.count_nonzero(talk.frames(1.5) > 10 * STILL_US) >= 4, 'an extra joint stops it'
-        assert talk.rig.robot.safety.state is State.ACTIVE
-    return Outcome(0, 0)
