@@ -17,11 +17,13 @@ from w2b_controller.say import (
     seconds,
     show,
 )
+from w2b_core.command_process import command
 from w2b_ros.ros_process import own, start_ros
 
 PROMPT = 'say> '
 
 
+@command
 def main() -> int:
     """Talk until the input ends; return 0, or 2 if the brain did not answer."""
     try:

@@ -85,6 +85,7 @@ class ChipServer:
         return self.robot.wire.transfer(messages)
 
 
+@command_line.command
 def main() -> None:
     """Serve emulated chips."""
     parser = argparse.ArgumentParser(description='Serve emulated chips on a Unix socket.')
