@@ -105,6 +105,7 @@ def start_from(path: Path) -> tuple[Calibration, str, bool]:
                 f'beginning from nominal values ({error})', False)
 
 
+@command_line.command
 def main() -> None:
     """Calibrate; exit code 1 with one line if that cannot be done."""
     parser = argparse.ArgumentParser(description='Calibrate the servos from the keyboard.')

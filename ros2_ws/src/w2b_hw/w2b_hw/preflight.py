@@ -187,6 +187,7 @@ def check_bus(name: str, address: int, imu: str) -> list[Check]:
         transport.close()
 
 
+@command_line.command
 def main() -> None:
     """Print all findings; exit code 1 if something is missing that the robot needs."""
     parser = argparse.ArgumentParser(description='Check what the robot needs. Only reads.')
