@@ -10,7 +10,7 @@ TRAINING = Path(__file__).resolve().parents[2] / 'training'
 MAY_IMPORT: dict[str, set[str]] = {
     'evolution': set(),
     'grounding': {'evolution'},
-    'judge': set(),
+    'judge': {'evolution'},
     'legs': {'evolution'},
     'robust': {'evolution'},
     'measure': {'evolution', 'robust', 'study'},
