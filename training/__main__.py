@@ -14,6 +14,7 @@ import importlib
 import sys
 from collections.abc import Sequence
 
+from w2b_core.command_process import command
 from w2b_core.registry import PluginError, load_plugins, use_plugin
 
 #: Command -> (module, what it does). A command's own --help says more.
@@ -24,8 +25,11 @@ COMMANDS = {
     'ablation': ('training.robust.ablation',
                  'how robustness grows with each means of the robust mode'),
     'legs': ('training.legs.command', 'train legs that are commanded, by a recipe'),
+    'assemble': ('training.legs.assemble', 'an ear and legs in, a controller file out'),
     'rest': ('training.robust.rest', 'under how many of all words a controller rests'),
     'ear': ('training.grounding.ear', 'train an ear: a lexicon in, an ear out'),
+    'judge': ('training.judge.command',
+              'what a controller does in an independent engine, under disturbances'),
     'grounding': ('training.grounding.benchmark',
                   'judge hearing on a lexicon: unseen words, refusal, phrases, rivals'),
     'study': ('training.study.command', 'the whole study of the paper, or a part of it'),
@@ -52,6 +56,7 @@ def _with_plugins(arguments: Sequence[str]) -> list[str]:
     return rest
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)

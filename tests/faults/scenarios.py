@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -446,6 +446,23 @@ def bad_calibration() -> Outcome:
             path.unlink(missing_ok=True) if text is None else path.write_text(text)
             with pytest.raises(CalibrationError, match='calibrat'):
                 calibration.load(path)
+    return Outcome(0, 0)
+
+
+@scenario('1 of 12 servos calibrated', 'not armed unless it is allowed', frames=0, ms=0)
+def half_calibrated() -> Outcome:
+    first, *rest = calibration.nominal(calibrated=False).servos
+    found = calibration.Calibration(calibration.Board(), (replace(first, calibrated=True), *rest))
+    with TemporaryDirectory() as folder:
+        rig = Rig(Path(folder), found=found)
+        rig.frame()
+        assert '1 of 12 servos are calibrated' in rig.robot.arm(rig.now_s)
+        rig.frame()
+        assert rig.off()
+    with TemporaryDirectory() as folder:
+        rig = Rig(Path(folder), found=found, allow_uncalibrated=True)
+        rig.arm()
+        assert not rig.off()
     return Outcome(0, 0)
 
 

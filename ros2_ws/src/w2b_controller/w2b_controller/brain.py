@@ -1,10 +1,11 @@
-"""`ros2 run w2b_controller brain`: hears words on /command and walks the body (see brain_node)."""
+"""`w2b brain`: hears words on /command and walks the body (see brain_node)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from w2b_core.command_process import command
 from w2b_ros import node_help
 from w2b_ros.ros_process import run
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 ABOUT = """
 The brain: hears words on `command` (std_msgs/String), primes its network with their vectors, and
 answers every sensor frame (`joint_states`, `contacts`) with joint targets (`joint_trajectory`).
-A lifecycle node; it stands until the first word. Speak to it with `ros2 run w2b_controller say`.
+A lifecycle node; it stands until the first word. Speak to it with `w2b say`.
 """
 
 
@@ -28,6 +29,7 @@ def make() -> BrainNode:
     return node
 
 
+@command
 def main() -> int:
     """Run the brain until a signal; return the exit code."""
     code = node_help.answer('w2b_controller', 'brain', ABOUT, _parameters)

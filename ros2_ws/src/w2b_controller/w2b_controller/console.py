@@ -1,5 +1,5 @@
 """
-`ros2 run w2b_controller console`: type words, and read what the brain makes of each.
+`w2b console`: type words, and read what the brain makes of each.
 
 One line is one command; an empty line, Ctrl-D or Ctrl-C leaves. Also reads a pipe.
 """
@@ -17,11 +17,13 @@ from w2b_controller.say import (
     seconds,
     show,
 )
+from w2b_core.command_process import command
 from w2b_ros.ros_process import own, start_ros
 
 PROMPT = 'say> '
 
 
+@command
 def main() -> int:
     """Talk until the input ends; return 0, or 2 if the brain did not answer."""
     try:
@@ -31,13 +33,13 @@ def main() -> int:
 
 
 def _talk() -> int:
-    import rclpy
     parser = argparse.ArgumentParser(prog='console', description='Talk to the brain.')
     parser.add_argument('--timeout', type=seconds, default=10.0, metavar='S',
                         help='seconds to wait for an answer (default: %(default)s)')
     options = parser.parse_args(own(sys.argv))
     if not start_ros():
         return UNANSWERED
+    import rclpy
     node = rclpy.create_node('console')
     try:
         messenger = Messenger(node)

@@ -19,14 +19,11 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from w2b_core import trajectory
-from w2b_core.body_status import FRESH_PERIODS, BodyStatus, marked_epoch
+from w2b_core.body_status import FRESH_PERIODS, BodyStatus
 from w2b_core.status import Level, Status
-from w2b_core.trajectory import TrajectoryError
 from w2b_hw import calibration, messages
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
-from w2b_hw.imu.orientation import HEADING_VARIANCE, NO_HEADING_VARIANCE
 from w2b_hw.imu.part import ImuError, Part, Sample
 from w2b_hw.io_thread import IoThread
 from w2b_hw.joints import BODY
@@ -59,8 +56,11 @@ PARAMETERS = (
               'I2C bus: a device, or emulated, or emulated:SOCKET for chips in another process.'),
     Parameter('calibration', DEFAULT_CALIBRATION,
               'Calibration file. Emulated chips need none: an ideal robot is the default there.'),
+    Parameter('allow_uncalibrated', False, 'Arm though nobody calibrated some of the servos.'),
     Parameter('imu', registry.AUTO, f'One of {", ".join(registry.CHOICES)}.'),
     Parameter('use_magnetometer', False, 'Heading from the magnetic field, which servos bend.'),
+    Parameter('watch_posture', True, 'Hold, then turn off when the IMU says that the robot fell '
+              'or was picked up.'),
     Parameter('imu_frame_id', 'imu_link', 'Frame of the IMU messages.'),
 )
 _BATTERY_EVERY_S = 1.0
@@ -84,11 +84,10 @@ class HardwareNode(ManagedNode):
         self._robot: Robot | None = None
         self._io: IoThread | None = None
         self._part: Part | None = None
-        self._gate = TargetGate()
+        self._gate = TargetGate(period_s=1.0 / RATE_HZ)
         self._refusal, self._refused_at_s = '', float('-inf')
         self._accepted_at_s = float('-inf')
         self._accepted_stamp_ns: int | None = None
-        self._armed_at_ns = 0
         self._auto_arm = False
         self._frames: deque[tuple[int, Report]] = deque(maxlen=4)
         self._poses: deque[tuple[int, Report]] = deque(maxlen=16)
@@ -114,6 +113,9 @@ class HardwareNode(ManagedNode):
     def _text(self, name: str) -> str:
         return str(self.get_parameter(name).value)
 
+    def _flag(self, name: str) -> bool:
+        return bool(self.get_parameter(name).value)
+
     # -- lifecycle
 
     def configure(self) -> None:
@@ -129,7 +131,11 @@ class HardwareNode(ManagedNode):
         found = self._calibration(name)
         self._bus = FrameBudget(open_transport(name, exclusive=True))
         self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ,
-                            use_magnetometer=bool(self.get_parameter('use_magnetometer').value))
+                            use_magnetometer=self._flag('use_magnetometer'),
+                            watch_posture=self._flag('watch_posture'),
+                            allow_uncalibrated=self._flag('allow_uncalibrated'))
+        for note in filter(None, (found.problem, *(servo.doubt for servo in found.servos))):
+            self.get_logger().warning(f'calibration: {note}')
         # Before all else: a chip that a crash left driven is off.
         self._robot.connect()
         self._part = registry.find(self._bus, self._text('imu'))
@@ -147,7 +153,7 @@ class HardwareNode(ManagedNode):
     def activate(self) -> None:
         """Begin the frames."""
         assert self._robot is not None
-        self._gate = TargetGate()
+        self._gate = TargetGate(period_s=1.0 / RATE_HZ)
         self._auto_arm = bool(self.get_parameter('auto_arm').value)
         self._io = IoThread(self._robot, period_s=1.0 / RATE_HZ, on_frame=self._on_frame,
                             on_pose=self._on_pose, sign_of_life=self._sign_of_life)
@@ -229,10 +235,8 @@ class HardwareNode(ManagedNode):
             raw = messages.imu_raw(sample, part, frame_id, stamp)
             if raw_heard:
                 self._imu_raw.publish(raw)
-            if data_heard and report.orientation is not None:
-                heading = HEADING_VARIANCE if self.get_parameter('use_magnetometer').value \
-                    else NO_HEADING_VARIANCE
-                self._imu_data.publish(messages.imu_data(raw, report.orientation, heading))
+            if data_heard:
+                self._imu_data.publish(messages.imu_data(raw, report))
         if sample.field_t is not None and self._imu_mag.get_subscription_count():
             self._imu_mag.publish(messages.magnetic_field(sample.field_t, part, frame_id, stamp))
 
@@ -243,29 +247,15 @@ class HardwareNode(ManagedNode):
     def _on_target(self, message: JointTrajectory) -> None:
         if self._io is None:
             return
-        now_ns = self.get_clock().now().nanoseconds
         try:
-            answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
-            trajectory.check(message.joint_names, message.points, 1.0 / RATE_HZ)
-            pose = self._gate.check(
-                message.joint_names, [point.positions for point in message.points],
-                answered_ns, now_ns)
-        except TrajectoryError as error:
-            self._gate.refused += 1
-            self._refuse(str(error))
-            return
+            target = self._gate.take(message, self.get_clock().now().nanoseconds, self._epoch())
         except TargetRefusedError as error:
             self._refuse(str(error))
             return
-        word_epoch = marked_epoch(message.header.frame_id)
-        if answered_ns < self._armed_at_ns <= now_ns:
-            # It answers a frame of before the arming, whoever sent it.
-            word_epoch = ''
-        self._io.target(pose, word_epoch)
-        if word_epoch in (None, self._epoch()):
-            self._accepted_at_s, self._accepted_stamp_ns = time.monotonic(), answered_ns
+        self._io.target(target.pose, target.word_epoch)
+        if target.counts:
+            self._accepted_at_s, self._accepted_stamp_ns = time.monotonic(), target.stamp_ns
         else:
-            self._gate.refused += 1
             self._refuse(_OLD_WORD)
         self._body.check()
         if self._auto_arm:
@@ -286,7 +276,7 @@ class HardwareNode(ManagedNode):
         now_ns = self.get_clock().now().nanoseconds
         refusal = self._io.ask(self._robot.arm)
         if refusal is None:
-            self._armed_at_ns = now_ns
+            self._gate.armed(now_ns)
         # Before the answer: a word that is said after it is a new one.
         self._body.check()
         return refusal
@@ -346,6 +336,7 @@ class HardwareNode(ManagedNode):
         fresh = time.monotonic() - self._refused_at_s < _REFUSAL_SHOWN_S
         return messages.statuses(
             self._last, imu='no IMU' if self._part is None else self._part.name,
+            wants_heading=self._flag('use_magnetometer'),
             targets={'accepted': str(self._gate.accepted), 'refused': str(self._gate.refused)},
             refusal=self._refusal if fresh else '',
             frames={'late_ms_median': f'{late_ms[len(late_ms) // 2]:.2f}',

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from w2b_core import bodies
 from w2b_core.bodies.urdf import to_urdf
+from w2b_core.command_process import command
 from w2b_core.registry import use_plugin
 
 ABOUT = """\
@@ -19,6 +20,7 @@ The joints' names are those of `joint_states`.
 """
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit code."""
     parser = argparse.ArgumentParser(prog='urdf', description=ABOUT,
