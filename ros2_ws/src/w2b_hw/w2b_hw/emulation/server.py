@@ -26,7 +26,7 @@ from typing import Any
 
 from w2b_hw import command_line
 from w2b_hw.emulation.robot import IMUS, EmulatedRobot
-from w2b_hw.transport import Message, Read, Write
+from w2b_hw.i2c import Message, Read, Write
 
 
 class ChipServer:
