@@ -80,6 +80,7 @@ class BrainNode(ManagedNode):
         self._vocabulary: Vocabulary | None = None
         self._brain: Brain | None = None
         self._rival = False
+        self._logged = ''
         self._ears: list[Subscription] = []
         self._reporter = DiagnosticsReporter(
             self, self._statuses, self._hardware_id, self._topic('diagnostics'))
@@ -121,13 +122,16 @@ class BrainNode(ManagedNode):
             JointTrajectory, self._topic('joint_trajectory'), TARGETS)
         self._answers = self.create_publisher(
             DiagnosticStatus, self._topic('command_answer'), LATCHED)
+        self._logged = ''
         self._publish_answer(self._brain.greet())
+        # In this order the executor takes what is there at once: a word that was said after the
+        # body began a new epoch is heard after it.
         self._ears = [
+            self.create_subscription(DiagnosticStatus, self._topic('body_status'),
+                                     self._on_body_status, LATCHED),
             self.create_subscription(String, self._topic('command'), self._on_command, COMMANDS),
             self.create_subscription(JointState, self._topic('joint_states'),
-                                     self._on_joint_states, FRAMES_IN),
-            self.create_subscription(DiagnosticStatus, self._topic('body_status'),
-                                     self._on_body_status, LATCHED)]
+                                     self._on_joint_states, FRAMES_IN)]
         if self._brain.uses_contacts:
             self._ears.append(self.create_subscription(
                 JointState, self._topic('contacts'), self._on_contacts, FRAMES_IN))
@@ -165,9 +169,19 @@ class BrainNode(ManagedNode):
         if self._check_rival():
             answer = self._brain.refuse(message.data, RIVAL)
         else:
-            answer = self._brain.hear(message.data, self._body_there())
+            there = self._body_there()
+            answer = self._brain.hear(message.data, there)
+            if answer.level is not Level.ERROR:
+                answer = self._brain.with_following(answer, there)
         self._publish_answer(answer)
+        self._log_answer(answer)
+
+    def _log_answer(self, answer: Answer) -> None:
+        """Log an answer, unless it is the last one again: a word may be said every second."""
         line = f'heard {answer.heard!r}: {answer.message}'
+        if line == self._logged:
+            return
+        self._logged = line
         # rclpy allows one severity a line of code.
         if answer.level is Level.OK:
             self.get_logger().info(line)
@@ -186,14 +200,23 @@ class BrainNode(ManagedNode):
             self.get_logger().warning(f'ignored: {error}', throttle_duration_sec=5.0)
             return
         self._brain.body(status)
-        self._tell_if_stopped()
+        self._tell_news()
 
     def _tell_if_stopped(self) -> None:
         """Take back the answer to a word that ended by itself."""
         answer = None if self._brain is None else self._brain.stopped()
         if answer is not None:
             self._publish_answer(answer)
+            self._logged = ''
             self.get_logger().warning(answer.message)
+
+    def _tell_news(self) -> None:
+        """Answer the last word anew if it ended, or if a body follows it now and did not."""
+        self._tell_if_stopped()
+        answer = None if self._brain is None else self._brain.news(self._body_there())
+        if answer is not None:
+            self._publish_answer(answer)
+            self._log_answer(answer)
 
     def _publish_answer(self, answer: Answer) -> None:
         values = {'received': str(answer.received), 'text': answer.heard, **answer.values}
@@ -232,7 +255,7 @@ class BrainNode(ManagedNode):
         if rival != self._rival:
             self._rival = rival
             self._brain.stand('another brain was active')
-            self._tell_if_stopped()
+            self._tell_news()
         return rival
 
     def _hardware_id(self) -> str:
@@ -243,6 +266,7 @@ class BrainNode(ManagedNode):
             message = f'{self.state_label}: no targets are sent'
             return [Status(Level.WARN, 'brain: frames', message),
                     Status(Level.WARN, 'brain: command', message)]
+        self._tell_news()
         return [self._frames_status(self._brain.frames_status()),
                 self._command_status(self._brain.command_status())]
 

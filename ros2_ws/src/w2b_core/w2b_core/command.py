@@ -28,7 +28,8 @@ class Answer:
     What became of a command.
 
     `received` counts the commands so far, so that a sender can tell the answer to its own from an
-    earlier one; `heard` is the text as `quoted` shows it.
+    earlier one; `heard` is the text as `quoted` shows it; `repeated` says that the words are those
+    that are followed already.
     """
 
     level: Level
@@ -36,6 +37,7 @@ class Answer:
     received: int
     heard: str
     values: Mapping[str, str] = field(default_factory=dict)
+    repeated: bool = False
 
 
 def quoted(text: str) -> str:

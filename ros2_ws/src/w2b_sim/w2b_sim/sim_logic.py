@@ -113,7 +113,7 @@ class SimulatedRobot:
         Parameters
         ----------
         epoch
-            Of the simulation: one from its start to its end.
+            Of the simulation: one from its start, or a reset, to the next reset or its end.
         real_time_factor
             Simulated seconds in a second; 0 in lockstep, where at least real time is expected.
 
@@ -149,8 +149,7 @@ class SimulatedRobot:
             self._check_stamp(stamp_ns)
             targets = self._checked(names, positions_rad)
         except (TargetError, FrameError) as error:
-            self._counts['refused'] += 1
-            self._problem = (self._clock(), str(error))
+            self.refuse(str(error))
             return False
         if self.answered and stamp_ns == self._answer_stamp_ns:
             self._counts['repeated'] += 1
@@ -160,6 +159,11 @@ class SimulatedRobot:
         self._answer, self._answer_stamp_ns, self._targets = targets, stamp_ns, targets
         self._taken_stamp_ns = stamp_ns
         return True
+
+    def refuse(self, reason: str) -> None:
+        """Count targets as refused, for a reason."""
+        self._counts['refused'] += 1
+        self._problem = (self._clock(), reason)
 
     def _check_stamp(self, stamp_ns: int) -> None:
         if stamp_ns > self.stamp_ns:

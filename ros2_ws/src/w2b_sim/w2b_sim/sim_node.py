@@ -24,6 +24,7 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from w2b_core import bodies
+from w2b_core.body_status import marked_epoch
 from w2b_core.status import Level, Status
 from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
@@ -82,6 +83,7 @@ class SimNode(Node):
         self.exit_code: int | None = None
         declare(self, PARAMETERS)
         self._random = np.random.default_rng(max(0, self._integer('seed')))
+        self._process, self._resets = secrets.token_hex(4), 0
         self._robot = self._make_robot()
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOG_OUT)
         self._contacts = (self.create_publisher(JointState, 'contacts', FRAMES_OUT)
@@ -91,8 +93,8 @@ class SimNode(Node):
         self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, TARGETS)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
-        epoch, factor = secrets.token_hex(4), self._number('real_time_factor')
-        self._body = BodyReporter(self, lambda: self._robot.body_status(epoch, factor))
+        factor = self._number('real_time_factor')
+        self._body = BodyReporter(self, lambda: self._robot.body_status(self._epoch, factor))
         self._reporter = DiagnosticsReporter(
             self, self._statuses, lambda: self._robot.body.name,
             str(self.get_parameter('diagnostics_topic').value))
@@ -142,7 +144,15 @@ class SimNode(Node):
             pitch += self._random.uniform(-SPREAD_TILT_RAD, SPREAD_TILT_RAD)
         return Start(height, roll, pitch, yaw)
 
+    @property
+    def _epoch(self) -> str:
+        """Epoch of the body: a word ends with a reset, and with the process."""
+        return f'{self._process}.{self._resets}'
+
     def _on_targets(self, message: JointTrajectory) -> None:
+        if marked_epoch(message.header.frame_id) not in (None, '', self._epoch):
+            self._robot.refuse('the word was said before the reset: say it again')
+            return
         taken = self._robot.take(stamp_ns(message.header.stamp), message.joint_names,
                                  [point.positions for point in message.points])
         if taken and not self._robot.paced:
@@ -163,6 +173,9 @@ class SimNode(Node):
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._robot.reset()
+        self._resets += 1
+        # Before the answer and the frame: a word that is said after them is a new one.
+        self._body.check()
         if not self._robot.paused:
             self._publish_frame()
         response.success = True
