@@ -12,7 +12,6 @@ from dataclasses import replace
 
 from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -26,7 +25,8 @@ from w2b_core.controller.file import Controller
 from w2b_core.status import Level, Status
 from w2b_core.vocabulary import Vocabulary
 from w2b_ros.diagnostics import DiagnosticsReporter
-from w2b_ros.managed_node import ManagedNode, Parameter, declare
+from w2b_ros.managed_node import ManagedNode
+from w2b_ros.parameters import Parameter, When, declare
 from w2b_ros.ros_messages import (
     COMMANDS,
     FRAMES_IN,
@@ -38,34 +38,45 @@ from w2b_ros.ros_messages import (
     to_diagnostic,
     to_stamp,
 )
-from w2b_ros.ros_process import StartError
+
+
+def _load_controller(name: str) -> Controller:
+    return controller_file.load(controller_file.resolve(name))
+
 
 PARAMETERS = (
-    Parameter('autostart', True, 'Configure and activate without being asked.', fixed=True),
+    Parameter('autostart', True, 'Configure and activate without being asked.', when=When.START),
     Parameter('controller', 'quadruped',
-              'Name of a controller that ships, or path of a controller file.'),
+              'Name of a controller that ships, or path of a controller file.',
+              when=When.CONFIGURE, check=_load_controller),
     Parameter('vocabulary', 'default',
-              'default (embedded), name of an installed one, or path of a word2vec file.'),
+              'default (embedded), name of an installed one, or path of a word2vec file.',
+              when=When.CONFIGURE, check=Vocabulary.load),
     Parameter('frame_timeout', 0.5, 'Seconds without a sensor frame until they count as lost.',
               (0.05, 60.0)),
     Parameter('command_timeout', 0.0, 'Seconds that a word lasts; then the robot stands until it '
               'is said again. 0: as long as nothing else ends it.', (0.0, 86400.0)),
     Parameter('claim_wait', 1.0, 'Seconds after its start that a brain looks for another one '
-              'before it sends targets.', (0.0, 60.0)),
-    Parameter('command_topic', 'command', 'Words to hear (std_msgs/String).'),
+              'before it sends targets.', (0.0, 60.0), when=When.ACTIVATE),
+    Parameter('command_topic', 'command', 'Words to hear (std_msgs/String).',
+              when=When.ACTIVATE, topic=True),
     Parameter('command_answer_topic', 'command_answer',
-              'What became of a command (diagnostic_msgs/DiagnosticStatus, latched).'),
-    Parameter('joint_states_topic', 'joint_states', 'Measured joints (sensor_msgs/JointState).'),
+              'What became of a command (diagnostic_msgs/DiagnosticStatus, latched).',
+              when=When.ACTIVATE, topic=True),
+    Parameter('joint_states_topic', 'joint_states', 'Measured joints (sensor_msgs/JointState).',
+              when=When.ACTIVATE, topic=True),
     Parameter('contacts_topic', 'contacts',
-              'Touch sensors, 1 while they touch (sensor_msgs/JointState).'),
+              'Touch sensors, 1 while they touch (sensor_msgs/JointState).',
+              when=When.ACTIVATE, topic=True),
     Parameter('body_status_topic', TOPIC,
-              'How the body is (diagnostic_msgs/DiagnosticStatus, latched).'),
+              'How the body is (diagnostic_msgs/DiagnosticStatus, latched).',
+              when=When.ACTIVATE, topic=True),
     Parameter('joint_trajectory_topic', 'joint_trajectory',
-              'Where the joints shall go (trajectory_msgs/JointTrajectory).'),
-    Parameter('diagnostics_topic', '/diagnostics', 'How the brain is.', fixed=True),
+              'Where the joints shall go (trajectory_msgs/JointTrajectory).',
+              when=When.ACTIVATE, topic=True),
+    Parameter('diagnostics_topic', '/diagnostics', 'How the brain is.', when=When.START,
+              topic=True),
 )
-TOPICS = tuple(parameter.name.removesuffix('_topic') for parameter in PARAMETERS
-               if parameter.name.endswith('_topic'))
 RIVAL = 'another brain is active: neither sends targets until one is stopped'
 
 
@@ -75,10 +86,10 @@ class BrainNode(ManagedNode):
     def __init__(self) -> None:
         super().__init__('brain')
         self._started_at_s = time.monotonic()
-        declare(self, PARAMETERS)
         self._controller: Controller | None = None
         self._vocabulary: Vocabulary | None = None
         self._brain: Brain | None = None
+        declare(self, PARAMETERS, state=lambda: self.state_label, applied=self._apply_parameters)
         self._rival = False
         self._logged = ''
         self._ears: list[Subscription] = []
@@ -92,20 +103,19 @@ class BrainNode(ManagedNode):
         return float(self.get_parameter(name).value)
 
     def _topic(self, name: str) -> str:
-        """Return the full name of a topic parameter (StartError if it is none)."""
-        topic = self._text(f'{name}_topic')
-        try:
-            return self.resolve_topic_name(topic)
-        except rclpy_implementation.RCLError as error:
-            raise StartError(f'{name}_topic: expected the name of a topic, got {topic!r} '
-                             f'({str(error).split(", at ")[0]})') from error
+        """Return the full name of a topic parameter."""
+        return self.resolve_topic_name(self._text(f'{name}_topic'))
+
+    def _apply_parameters(self) -> None:
+        """Take over what can be set at any time."""
+        if self._brain is not None:
+            self._brain.set_timeouts(frame_s=self._number('frame_timeout'),
+                                     command_s=self._number('command_timeout'))
 
     def configure(self) -> None:
         """Load controller and vocabulary (ValueError, OSError)."""
-        for topic in TOPICS:
-            self._topic(topic)
         name = self._text('controller')
-        self._controller = controller_file.load(controller_file.resolve(name))
+        self._controller = _load_controller(name)
         self._vocabulary = Vocabulary.load(self._text('vocabulary'))
         self.get_logger().info(
             f'{self._controller.body}, controller {name}, words from {self._vocabulary.source}')

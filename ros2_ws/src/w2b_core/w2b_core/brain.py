@@ -107,6 +107,11 @@ class Brain:
         """Whether the network has touch sensors, so that frames include `contacts`."""
         return any(sensor.startswith('touch:') for sensor in self.controller.sensors)
 
+    def set_timeouts(self, *, frame_s: float, command_s: float) -> None:
+        """Change `frame_timeout_s` and `command_timeout_s`, see the class."""
+        self._frame_timeout_s = self._stream.timeout_s = frame_s
+        self._command_timeout_s = command_s
+
     def hear(self, text: str, body_there: bool = True) -> Answer:
         """
         Prime the network with a command; a refused one changes nothing but the answer.

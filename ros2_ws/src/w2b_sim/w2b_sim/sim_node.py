@@ -28,7 +28,7 @@ from w2b_core.body_status import marked_epoch
 from w2b_core.status import Level, Status
 from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
-from w2b_ros.managed_node import Parameter, declare
+from w2b_ros.parameters import LARGEST_INTEGER, Parameter, When, declare
 from w2b_ros.ros_messages import (
     FRAMES_OUT,
     STEADY,
@@ -52,26 +52,38 @@ LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
 SPREAD_HEIGHT_M = 0.002
 SPREAD_TILT_RAD = math.radians(0.5)
 
+#: Slower than that a frame takes 5 s: most likely a mistake.
+SMALLEST_FACTOR = 0.01
+
+
+def _check_factor(value: float) -> None:
+    if 0.0 < value < SMALLEST_FACTOR:
+        raise ValueError(f'expected 0 for lockstep or at least {SMALLEST_FACTOR}, got {value}')
+
+
 PARAMETERS = (
-    Parameter('body', 'quadruped', 'Body to simulate.', fixed=True),
+    Parameter('body', 'quadruped', 'Body to simulate.', when=When.START),
     Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.',
-              fixed=True),
+              when=When.START),
     Parameter('real_time_factor', 0.0, '0: lockstep, the body waits for the targets that answer '
-              'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0), fixed=True),
+              'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0),
+              when=When.START, check=_check_factor),
     Parameter('republish_timeout', 0.5,
-              'Seconds until a frame without an answer is sent again.', (0.05, 60.0), fixed=True),
-    Parameter('paused', False, 'Start paused.', fixed=True),
+              'Seconds until a frame without an answer is sent again.', (0.05, 60.0),
+              when=When.START),
+    Parameter('paused', False, 'Start paused.', when=When.START),
     Parameter('pause_after', 0, 'Frames after a reset until the clock stops; 0: never.',
-              fixed=True),
+              (0, LARGEST_INTEGER), when=When.START),
     Parameter('seed', -1, f'Of the starts: each is raised by up to {SPREAD_HEIGHT_M * 1e3:g} mm '
               f'and tilted by up to {math.degrees(SPREAD_TILT_RAD):g} degrees; '
-              '-1: all are exactly the nominal one.', fixed=True),
+              '-1: all are exactly the nominal one.', (-1, LARGEST_INTEGER), when=When.START),
     Parameter('start_height', 0.0, 'Metres to raise the start by, from the next reset on.',
               (0.0, 1.0)),
     Parameter('start_roll', 0.0, 'Radians to tilt it about x.', (-math.pi, math.pi)),
     Parameter('start_pitch', 0.0, 'Radians to tilt it about y.', (-math.pi, math.pi)),
     Parameter('start_yaw', 0.0, 'Radians to turn it about z.', (-math.pi, math.pi)),
-    Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.', fixed=True),
+    Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.', when=When.START,
+              topic=True),
 )
 
 
@@ -123,9 +135,6 @@ class SimNode(Node):
             raise StartError(f'unknown world {name!r}: expected one of {", ".join(WORLDS)}')
         world = WORLDS[name]
         self._period_s = world.control_period_s
-        if self._integer('pause_after') < 0:
-            raise StartError('pause_after: expected 0 or more frames, '
-                             f'got {self._integer("pause_after")}')
         self._simulation = PyBulletSimulation(body, world)
         robot = SimulatedRobot(
             body, self._simulation, next_start=self._next_start, period_s=self._period_s,
