@@ -47,7 +47,8 @@ def plugin(tmp_path):
 
 
 def evolve(tmp_path: Path, *options: str, body: str = 'small_walker',
-           words: tuple[str, ...] = SMALL, **environment: str) -> 'subprocess.CompletedProcess[str]':
+           words: tuple[str, ...] = SMALL,
+           **environment: str) -> 'subprocess.CompletedProcess[str]':
     return run('training', 'evolve', '--body', body, '--out', str(tmp_path / 'run'), *words,
                *options, **environment)
 

@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
+import pytest
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 
 from tests.ros.harness import EVERYTHING
 from tests.ros.offline import FEET, JOINTS
@@ -18,20 +19,33 @@ def collect(system, kind, topic):
     return messages
 
 
-def test_a_frame_is_one_stamp_on_four_topics(system):
+def test_a_frame_is_one_stamp_on_every_topic(system):
     joints = collect(system, JointState, 'joint_states')
     contacts = collect(system, JointState, 'contacts')
+    imu = collect(system, Imu, 'imu/data')
     odometry = collect(system, Odometry, 'odom')
     clock = collect(system, Clock, '/clock')
     system.start('sim')
-    system.wait(lambda: joints and contacts and odometry and clock, 'a frame')
+    system.wait(lambda: joints and contacts and imu and odometry and clock, 'a frame')
     assert joints[0].name == JOINTS
     assert len(joints[0].position) == len(joints[0].velocity) == len(JOINTS)
     assert contacts[0].name == FEET
     assert set(contacts[0].position) <= {0.0, 1.0}
     assert (odometry[0].header.frame_id, odometry[0].child_frame_id) == ('odom', 'base_link')
-    stamps = {stamp_ns(message.header.stamp) for message in (joints[0], contacts[0], odometry[0])}
+    stamps = {stamp_ns(message.header.stamp) for message in (
+        joints[0], contacts[0], imu[0], odometry[0])}
     assert stamps == {stamp_ns(clock[0].clock)} == {50_000_000}
+
+
+def test_the_imu_has_the_bodys_attitude(system):
+    imu = collect(system, Imu, 'imu/data')
+    system.start('sim', start_yaw=0.5)
+    system.wait(lambda: imu, 'a frame')
+    first = imu[0]
+    assert first.header.frame_id == 'imu_link'
+    heading = 2.0 * math.atan2(first.orientation.z, first.orientation.w)
+    assert heading == pytest.approx(0.5, abs=1e-3)
+    assert first.linear_acceleration_covariance[0] == -1.0, 'not told (REP-145)'
 
 
 def test_without_an_answer_the_same_frame_is_sent_again(system):

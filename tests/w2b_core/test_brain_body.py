@@ -84,30 +84,31 @@ def test_a_restarted_body_is_another_epoch_whatever_its_count(bench):
     assert bench.stands()
 
 
-def test_a_robot_that_appears_after_the_word_is_not_moved_by_it(bench):
+@pytest.mark.parametrize(('age_s', 'walks'), [(0.9, False), (1.1, True)])
+@pytest.mark.parametrize(('status', 'known'), [(ROBOT, True), (ROBOT, False), (SIM, True)])
+def test_a_word_counts_if_it_was_said_since_the_epoch_began(bench, status, known, age_s, walks):
+    if known:
+        bench.brain.body(replace(status, epoch='earlier'))
     bench.brain.hear('forward')
     assert bench.walks()
-    bench.brain.body(replace(ROBOT, state='ACTIVE'))
-    assert bench.stands()
-
-
-@pytest.mark.parametrize(('there', 'walks'), [(True, True), (False, False)])
-def test_a_simulation_must_have_been_there_when_the_word_was_said(bench, there, walks):
-    bench.brain.hear('forward', body_there=there)
-    bench.brain.body(SIM)
+    bench.brain.body(replace(status, epoch_age_s=age_s))
+    assert bench.frames(1).word_epoch == (status.epoch if walks else None)
     assert bench.walks() is walks
 
 
-def test_a_simulation_that_sent_frames_was_there(bench):
-    bench.frames(3)
-    bench.brain.hear('forward', body_there=False)
+def test_the_first_simulation_there_is_may_start_more_slowly_than_its_brain(bench):
+    bench.brain.hear('forward')
     bench.brain.body(SIM)
     assert bench.walks()
+    bench.brain.body(replace(SIM, epoch='another'))
+    assert bench.stands()
 
 
 def test_frames_that_were_missing_for_long_end_the_word(bench):
     bench.brain.hear('forward')
     bench.frames(20)
+    bench.now_s -= 1.0
+    assert bench.frames(1, skipped=20).word_epoch is not None, 'they were not missed in real time'
     assert bench.frames(1, skipped=8).word_epoch is not None, 'a short gap is borne'
     assert bench.frames(1, skipped=20).word_epoch is None
     assert 'missing for 1.1 s' in bench.brain.command_status().message
@@ -129,7 +130,7 @@ def test_targets_name_the_epoch_of_their_word(bench):
     assert mark(bench.frames(1).word_epoch) == 'standing'
     bench.brain.hear('forward')
     assert marked_epoch(mark(bench.frames(1).word_epoch)) == ''
-    bench.brain.body(SIM)
+    bench.brain.body(replace(SIM, epoch_age_s=9.0))
     assert marked_epoch(mark(bench.frames(1).word_epoch)) == 'abc'
     assert marked_epoch('standing') is None
     assert marked_epoch('') is None
@@ -143,7 +144,8 @@ def test_a_status_is_read_back_as_it_was(status):
 @pytest.mark.parametrize(('change', 'reason'), [
     ({'epoch': ''}, 'epoch: expected letters'), ({'epoch': 'a b'}, 'epoch: expected letters'),
     ({'follows': 'yes'}, "follows: expected true or false, got 'yes'"),
-    ({'accepted_stamp_ns': '1e9'}, 'accepted_stamp_ns: expected'), ({'body': None}, "'body'")])
+    ({'accepted_stamp_ns': '1e9'}, 'accepted_stamp_ns: expected'), ({'body': None}, "'body'"),
+    ({'epoch_age_s': 'nan'}, 'epoch_age_s: expected seconds')])
 def test_a_strangers_status_is_refused_with_the_reason(change, reason):
     values = {**SIM.to_status('node').values, **change}
     with pytest.raises(BodyStatusError, match=reason):

@@ -1,6 +1,7 @@
 """The brain without ROS: the shipped controller, the default vocabulary, frames made by hand."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -75,7 +76,7 @@ def test_a_command_primes_and_the_targets_are_the_motors_before_each_step(brain,
     for number in range(1, 20):
         touching = (number % 2 == 0, True, False, number % 3 == 0)
         targets = brain.sense(frame(number, touching))
-        assert np.array_equal(targets.position_rad, controller.targets_rad(state))
+        assert np.array_equal(targets.position_rad, controller.targets_rad(state.motors))
         assert targets.joints == tuple(motor.joint for motor in controller.motors)
         assert targets.period_s == controller.period_s
         state = network.step(controller.network, state, np.array(touching, dtype=float))
@@ -89,7 +90,7 @@ def test_several_words_are_heard_one_after_the_other(brain, frame, controller, v
     state = network.prime(controller.network, signal)
     brain.sense(frame(1, (False,) * 4))
     state = network.step(controller.network, state, np.zeros(4))
-    assert np.array_equal(brain.sense(frame(2)).position_rad, controller.targets_rad(state))
+    assert np.array_equal(brain.sense(frame(2)).position_rad, controller.targets_rad(state.motors))
 
 
 def test_a_new_word_in_mid_motion_starts_from_its_own_priming(controller, vocabulary, frame,
@@ -157,6 +158,15 @@ def test_a_word_like_no_trained_one_is_followed_with_a_note(brain):
     assert f'nothing like banana was trained (nearest: {nearest})' in answer.message
     assert 'nothing like' not in brain.hear('halt').message
     assert 'nothing like' not in brain.hear('forward').message
+
+
+def test_trained_words_are_known_by_the_vocabularys_spelling(controller, vocabulary, clock):
+    shouted = replace(controller, words=tuple(
+        replace(word, word=word.word.upper()) for word in controller.words))
+    brain = Brain(shouted, vocabulary, frame_timeout_s=TIMEOUT_S, clock=clock)
+    answer = brain.hear('forward')
+    assert 'never heard' not in answer.message
+    assert answer.values['nearest'].startswith('forward: forward 1.00')
 
 
 def test_a_vocabulary_with_other_vectors_is_followed_with_a_warning(controller, clock):

@@ -93,7 +93,7 @@ def test_a_body_that_has_gone_follows_no_more_whatever_it_said_last(bench):
 
 def test_without_any_body_nothing_follows():
     bench = Bench()
-    bench.brain.hear('forward', body_there=False)
+    bench.brain.hear('forward')
     assert bench.brain.following(body_there=False).follows is Follows.NO
 
 

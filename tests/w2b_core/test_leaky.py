@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from w2b_core import bodies
-from w2b_core.courses import BEHAVIOURS
+from w2b_core.courses import DEFAULT_BEHAVIOURS
 from w2b_core.network.leaky import BLOCKS, Drive, LeakyNetwork, LeakyState, step
 from w2b_core.network.sharing import Sharing, mirrored_hidden
 from w2b_core.network.symmetry import (
@@ -22,7 +22,7 @@ SENSES = ('heading', 'steer', 'yaw_rate', 'gravity:x', 'gravity:y')
 
 def sharing_of(name, senses=SENSES, **options):
     body = bodies.get(name)
-    return Sharing(body, BEHAVIOURS, senses, find_mirrors(body), **options)
+    return Sharing(body, DEFAULT_BEHAVIOURS, senses, find_mirrors(body), **options)
 
 
 def random_leaky(seed=0, hidden=3, behaviours=2, senses=1, motors=2, batch=()):
@@ -134,16 +134,16 @@ def test_the_network_of_any_genome_commutes_with_the_bodys_mirrors(name):
     body = bodies.get(name)
     joints = tuple(f'position:{joint.name}' for joint in body.joints)
     senses = (*SENSES, *body.sensors, *joints)
-    sharing = Sharing(body, BEHAVIOURS, senses, find_mirrors(body), direct=True)
+    sharing = Sharing(body, DEFAULT_BEHAVIOURS, senses, find_mirrors(body), direct=True)
     rng = np.random.default_rng(3)
     network = sharing.network(rng.normal(size=sharing.size))
     hidden, motors = rng.normal(size=sharing.hidden.count), rng.normal(size=len(body.joints))
-    u, s = rng.uniform(size=len(BEHAVIOURS)), rng.normal(size=len(senses))
+    u, s = rng.uniform(size=len(DEFAULT_BEHAVIOURS)), rng.normal(size=len(senses))
     after = step(network, LeakyState(hidden, motors), network.drive(u), s)
     for mirror in find_mirrors(body):
         of_hidden = mirrored_hidden(mirror, sharing.hidden)
         image = step(network, LeakyState(of_hidden.apply(hidden), mirror.joints.apply(motors)),
-                     network.drive(mirror.behaviours(BEHAVIOURS).apply(u)),
+                     network.drive(mirror.behaviours(DEFAULT_BEHAVIOURS).apply(u)),
                      mirror.senses(senses, body).apply(s))
         np.testing.assert_allclose(image.hidden, of_hidden.apply(after.hidden), atol=1e-12)
         np.testing.assert_allclose(image.motors, mirror.joints.apply(after.motors), atol=1e-12)
@@ -151,8 +151,8 @@ def test_the_network_of_any_genome_commutes_with_the_bodys_mirrors(name):
 
 def test_symmetry_leaves_the_twin_a_quarter_of_the_numbers():
     twin = bodies.get('physical_twin')
-    free = Sharing(twin, BEHAVIOURS, SENSES, (), direct=True)
-    shared = Sharing(twin, BEHAVIOURS, SENSES, find_mirrors(twin), direct=True)
+    free = Sharing(twin, DEFAULT_BEHAVIOURS, SENSES, (), direct=True)
+    shared = Sharing(twin, DEFAULT_BEHAVIOURS, SENSES, find_mirrors(twin), direct=True)
     assert free.size == sum(np.prod([free.sizes[axis] for axis in block.shape])
                             for block in BLOCKS if block.name != 'rest')
     assert 0.2 * free.size < shared.size < 0.3 * free.size
@@ -167,7 +167,7 @@ def test_put_sets_an_entry_and_its_images_and_refuses_a_forced_zero():
     assert np.count_nonzero(motor) == 4
     assert sorted(motor[motor != 0].tolist()) == [-0.7, -0.7, 0.7, 0.7]
     with pytest.raises(ValueError, match='forces'):
-        sharing.put(genome, 'command', 0, BEHAVIOURS.index('stop'), 1.0)
+        sharing.put(genome, 'command', 0, DEFAULT_BEHAVIOURS.index('stop'), 1.0)
 
 
 def test_a_rest_state_and_zero_drive_stand_for_nothing_said():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from w2b_core.courses import BEHAVIOURS, holds
+from w2b_core.courses import DEFAULT_BEHAVIOURS, holds
 from w2b_core.senses import SENSES, Readings, Reference, gravity_in, heading_of, read, split
 
 
@@ -14,8 +14,8 @@ def quaternion(roll=0.0, pitch=0.0, yaw=0.0):
 
 
 def command(name, share=1.0):
-    u = np.zeros(len(BEHAVIOURS))
-    u[BEHAVIOURS.index(name)] = share
+    u = np.zeros(len(DEFAULT_BEHAVIOURS))
+    u[DEFAULT_BEHAVIOURS.index(name)] = share
     return u
 
 
@@ -23,7 +23,7 @@ def command(name, share=1.0):
     ('stop', (0, 0)), ('forward', (1, 1)), ('backward', (1, -1)), ('left', (0, 0)),
     ('right', (0, 0)), ('sit', (0, 0))])
 def test_only_straight_commands_hold_a_heading(name, expected):
-    np.testing.assert_array_equal(holds(BEHAVIOURS, command(name)), expected)
+    np.testing.assert_array_equal(holds(DEFAULT_BEHAVIOURS, command(name)), expected)
 
 
 def test_steer_has_the_direction_and_both_wrap_at_a_full_turn():

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+import unicodedata
 from pathlib import Path
 
 import numpy as np
@@ -136,6 +137,53 @@ def test_names_are_found_whatever_their_case():
                             np.eye(5, 4, dtype=np.float32) + 1)
     assert [vocabulary.known(word) for word in ('Mary', 'mcdonald', 'nasa', 'e-mail')] \
         == ['mary', 'McDonald', 'NASA', 'e_mail']
+
+
+#: In Devanagari and Tamil vowel signs (Mc) and viramas (Mn) belong to their words; so do the signs
+#: of other scripts, and marks around a letter (Me).
+SCRIPTS = ('आगे', 'रुको', 'पीछे', 'चलो', 'நிறுத்து', 'முன்னால்', 'থামো', 'ఆగు', 'ರುಕೋ', 'നിർത്തുക', 'หยุด',
+           'ទៅ', 'ရပ်', 'ཡར', 'вперёд', 'ניצן', 'قف', '止まれ', 'が', 'naïve', 'a\u20dd', 'ස්තූති',
+           'ક્યાં', 'ਰੁਕੋ', 'ꦩꦤ꧀ꦢꦼꦒ꧀')
+INVISIBLE = ('\u00ad', '\u200b', '\u2060', '\u200c', '\u200d', '\u200e', '\u200f', '\ufeff',
+             '\u180e', '\u061c', '\u2063', '\u202a', '\u2066', '\ufe0f', '\ufe00', '\u034f',
+             '\U000e0020', '\U000e0100', '\u206f', '\x08', '\x7f', '\x9f', '\u3164')
+
+
+@pytest.mark.parametrize('word', SCRIPTS)
+def test_words_of_any_script_stay_whole(word):
+    vocabulary = Vocabulary('scripts', [word, 'stop'], np.eye(2, dtype=np.float32))
+    assert vocabulary.phrase(f'«{word}», stop!').words == (word, 'stop')
+
+
+@pytest.mark.parametrize('word', ['น้ำ', '\u0958', 'e\u0301te\u0301', 'don’t', 'می\u200cخواهم', 'ﬁn',
+                                  'İzmir', '\u1100\u1161', 'l·l'])
+def test_a_vocabularys_own_form_of_a_word_is_found(word):
+    """Whether the file or the person composes letters, or writes signs that are not seen."""
+    vocabulary = Vocabulary('forms', ['other', word], np.eye(2, dtype=np.float32))
+    for form in ('NFC', 'NFD', 'NFKC', 'NFKD'):
+        assert vocabulary.phrase(unicodedata.normalize(form, word)).words == (word,)
+
+
+@pytest.mark.parametrize('sign', INVISIBLE)
+def test_invisible_characters_do_not_part_a_word(default, sign):
+    """`stand` and `still` are words too, so that a robot would follow another command."""
+    assert default.phrase(f'stand{sign}still').words == ('standstill',)
+    assert default.phrase(f'{sign}stop{sign}').words == ('stop',)
+    assert default.phrase(f'stop{sign} {sign}now').words == ('stop', 'now')
+    assert default.phrase(''.join(sign + letter for letter in 'halt')).words == ('halt',)
+    with pytest.raises(VocabularyError, match='empty command'):
+        default.phrase(sign * 3)
+
+
+@pytest.mark.parametrize('sign', "'’‘‛´`ʼ′＇\u2010\u2011·")
+def test_apostrophes_and_hyphens_join_whatever_they_are_typed_as(default, sign):
+    assert default.phrase(f'don{sign}t stand{sign}still').words == ('dont', 'standstill')
+
+
+@pytest.mark.parametrize('text', ['stand\udc80still', '\udcff', 'stop \ufffd'])
+def test_bytes_that_are_no_text_are_refused(default, text):
+    with pytest.raises(VocabularyError, match='UTF-8'):
+        default.phrase(text)
 
 
 @pytest.mark.parametrize(('typed', 'meant'), [('foward', 'forward'), ('hlat', 'halt'),

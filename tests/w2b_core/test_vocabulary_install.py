@@ -1,10 +1,12 @@
 """Installing vocabularies: all of one or nothing, and the `vocabulary` command."""
 
 import fcntl
+import gzip
 import hashlib
 import os
 import subprocess
 import sys
+import threading
 import zipfile
 from pathlib import Path
 
@@ -67,6 +69,71 @@ def test_float16_halves_the_size(data, source):
     with pytest.raises(VocabularyError, match='float16 can hold'):
         install.install_file(source, 'too_large', silent, dtype='float16', scale=1e5)
     assert left_behind(data) == ['half']
+
+
+@pytest.mark.parametrize(('factor', 'dtype', 'scale', 'reason'), [
+    (1e-9, 'float16', None, 'float16 can hold.*smaller ones'),
+    (1e-6, 'float16', None, 'float16 can hold.*smaller ones'),
+    (1.0, 'float32', 1e-9, 'median length.*another scale'),
+    (1.0, 'float16', 1e-9, 'float16 can hold.*smaller ones'),
+    (1.0, 'float32', 1e-44, 'float32 can hold.*smaller ones'),
+    (1.0, 'float32', 1e39, 'float32 can hold.*larger ones'),
+    (0.0, 'float32', None, 'all zeros'), (1.0, 'float32', 1e6, 'median length')])
+def test_vectors_that_cannot_be_kept_are_not_installed(data, tmp_path, factor, dtype, scale,
+                                                       reason):
+    path = write(tmp_path / 'small.bin', VECTORS * np.float32(factor))
+    with pytest.raises(VocabularyError, match=reason) as caught:
+        install.install_file(path, 'small', silent, dtype=dtype, scale=scale)
+    assert '\n' not in str(caught.value)
+    assert left_behind(data) == []
+
+
+def test_how_many_words_were_left_out_is_told(data, tmp_path, capsys):
+    vectors = VECTORS.copy()
+    vectors[[1, 7]] = 0
+    assert main(['install', str(write(tmp_path / 'some.bin', vectors))]) == 0
+    assert 'some: 4,998 words of 5 dimensions' in (out := capsys.readouterr().out)
+    assert 'all words but 2 whose vectors are zero' in out
+
+
+@pytest.mark.parametrize('packed', [False, True])
+@pytest.mark.parametrize('header', [False, True])
+def test_what_a_pipe_brings_is_installed(data, packed, header):
+    rows = ''.join(f'{word} {" ".join(map(repr, row.tolist()))}\n'
+                   for word, row in zip(WORDS, VECTORS, strict=True))
+    content = ((f'{len(WORDS)} 5\n' if header else '') + rows).encode()
+    content = gzip.compress(content) if packed else content
+    done = subprocess.run(
+        [sys.executable, '-m', 'w2b_core.vocabulary', 'install', '/dev/stdin', '--name', 'piped',
+         '--sha256', hashlib.sha256(content).hexdigest()], input=content, capture_output=True,
+        timeout=60, check=False, env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)})
+    assert done.stderr == b''
+    vocabulary = Vocabulary.load('piped')
+    assert vocabulary.words == WORDS
+    np.testing.assert_array_equal(vocabulary.matrix(), VECTORS)
+    assert left_behind(data) == ['piped']
+
+
+def test_named_pipe_is_installed(data, source, tmp_path):
+    pipe = tmp_path / 'pipe'
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=lambda: pipe.write_bytes(source.read_bytes()))
+    writer.start()
+    install.install_file(pipe, 'piped', silent)
+    writer.join(60)
+    np.testing.assert_array_equal(Vocabulary.load('piped').matrix(), VECTORS)
+
+
+@pytest.mark.parametrize('end', [b'', b'5000 5\n', b'5000 5\nw0 12345678'])
+def test_pipe_that_breaks_off_is_named(data, tmp_path, end):
+    pipe = tmp_path / 'pipe'
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=lambda: pipe.write_bytes(end))
+    writer.start()
+    with pytest.raises(VocabularyError, match=f'{pipe}.*expected'):
+        install.install_file(pipe, 'piped', silent)
+    writer.join(60)
+    assert left_behind(data) == []
 
 
 def test_unit_length_is_scaled_once(data, tmp_path):

@@ -5,7 +5,6 @@ import pytest
 
 from w2b_core import bodies
 from w2b_core.controller import file as controller_file
-from w2b_core.network import Network
 from w2b_core.vocabulary import Vocabulary
 from w2b_sim.engines.interface import Start
 from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator
@@ -33,11 +32,9 @@ def test_a_robust_champion_obeys_from_slightly_different_starts(name):
     body = bodies.get(controller.body)
     vocabulary = Vocabulary.load()
     signals = np.array([vocabulary.vector(word) for word in MOVES + STOPS])
-    network = controller.network
-    batch = Network(network.hidden_weights[None], network.motor_weights[None],
-                    network.motor_time_constants)
+    network = controller.serial
     with PyBulletEvaluator(body, WORLDS[body.world], processes=2) as evaluator:
-        final_m = evaluator.evaluate(batch, signals,
+        final_m = evaluator.evaluate(network.batched(), signals,
                                      slightly_different_starts(STARTS)).final_position_m[0]
     assert np.median(final_m[0, :, 0]) >= 0.3
     assert np.median(final_m[1, :, 0]) <= -0.3

@@ -55,9 +55,7 @@ def outcomes(evaluator: Evaluator, network: Network, words: Words, held_out: Wor
     `heard` (W, T) holds their vectors in that order.
     """
     pairs = words + held_out
-    batch = Network(network.hidden_weights[None], network.motor_weights[None],
-                    network.motor_time_constants)
-    outcome = evaluator.evaluate(batch, heard, starts)
+    outcome = evaluator.evaluate(network.batched(), heard, starts)
     earned = scores(outcome, [behaviour for _word, behaviour in pairs], objective)[0]
     return tuple(
         WordOutcome(word, behaviour, index < len(words), float(earned[index]),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from training.evolution.engines import ENGINES, PRECISIONS
@@ -11,7 +11,23 @@ from training.evolution.objectives import AGGREGATES, OBJECTIVES
 from training.evolution.treatments import TREATMENTS, Words
 from w2b_core import bodies
 from w2b_core.behaviours import BEHAVIOURS
+from w2b_core.vocabulary.text import folded
 from w2b_sim.worlds import WORLDS
+
+
+def check_each_once(words: Iterable[str], spelt: Callable[[str], str] = folded) -> None:
+    """
+    Raise ValueError if two of `words` are one word, by default but for case and punctuation.
+
+    A held-out word that is trained under another spelling would not be held out.
+    """
+    seen: dict[str, str] = {}
+    for word in words:
+        one = spelt(word)
+        if one in seen:
+            other = 'more than once' if seen[one] == word else f'and {seen[one]!r}: one word'
+            raise ValueError(f'words: expected each once, got {word!r} {other}')
+        seen[one] = word
 
 
 @dataclass(frozen=True)
@@ -90,12 +106,30 @@ class RunConfig:
                 if behaviour not in BEHAVIOURS:
                     raise ValueError(f'{name}: expected {word!r} to ask for one of '
                                      f'{", ".join(BEHAVIOURS)}, got {behaviour!r}')
-        every = [word for word, _behaviour in self.words + self.held_out]
         if not self.words:
             raise ValueError('words: expected at least one, got none')
-        twice = sorted({word for word in every if every.count(word) > 1})
-        if twice:
-            raise ValueError(f'words: expected each once, got {twice[0]!r} more than once')
+        check_each_once(word for word, _behaviour in self.words + self.held_out)
+
+    def spelt(self, known: Callable[[str], str]) -> RunConfig:
+        """
+        Return the configuration with its words as a vocabulary spells them.
+
+        Parameters
+        ----------
+        known
+            `Vocabulary.known`.
+
+        Raises
+        ------
+        ValueError
+            If the vocabulary lacks a word, or two of them are one word there.
+
+        """
+        every = [word for word, _behaviour in self.words + self.held_out]
+        check_each_once(every, known)
+        def spell(pairs: Words) -> Words:
+            return tuple((known(word), behaviour) for word, behaviour in pairs)
+        return replace(self, words=spell(self.words), held_out=spell(self.held_out))
 
     def to_json(self) -> dict[str, Any]:
         """Return the configuration as a JSON object."""

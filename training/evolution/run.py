@@ -33,6 +33,7 @@ from training.evolution.rundir import RunConflictError, RunDirectory
 from training.evolution.starts import slightly_different
 from w2b_core import __version__, bodies
 from w2b_core.network import Network
+from w2b_core.vocabulary import Vocabulary
 from w2b_sim.engines.interface import Evaluator, Start
 from w2b_sim.worlds import WORLDS
 
@@ -126,12 +127,17 @@ def run(config: RunConfig, directory: Path | str,
     CheckpointError
         If the checkpoint is damaged.
     ValueError
-        If a word is not in the vocabulary, or the engine does not model the body.
+        If a word is not in the vocabulary, two words are one there, or the engine does not model
+        the body.
 
     """
+    if vectors is None:
+        vocabulary = Vocabulary.load(config.vocabulary)
+        config = config.spelt(vocabulary.known)
+        vectors = {word: vocabulary.vector(word)
+                   for word, _behaviour in config.words + config.held_out}
     names = [word for word, _behaviour in config.words + config.held_out]
-    heard = treatments.treated(_vectors(config, vectors, names), names, config.treatment,
-                               config.seed)
+    heard = treatments.treated(vectors, names, config.treatment, config.seed)
     identity = {'config': config.to_json(), 'program_version': __version__,
                 'vectors': {name: treatments.vector_hash(vector)
                             for name, vector in zip(names, heard, strict=True)}}
@@ -170,7 +176,7 @@ def load_result(directory: Path | str) -> RunResult:
     try:
         return RunResult(
             RunConfig.from_json(summary['config']),
-            controller_file.load(path / rundir.CHAMPION).network, summary['fitness'],
+            controller_file.load(path / rundir.CHAMPION).serial, summary['fitness'],
             tuple(WordOutcome.from_json(value) for value in summary['outcomes']), history,
             summary['evaluations'], summary['seconds'])
     except controller_file.ControllerFileError as error:
@@ -295,13 +301,3 @@ def _summary(path: Path) -> dict[str, Any]:
 
 def _damaged(path: Path, error: Exception) -> RunConflictError:
     return RunConflictError(f'{path}: damaged ({checkpoint.reason(error)}); {REMEDY}')
-
-
-def _vectors(config: RunConfig, vectors: Mapping[str, ArrayLike] | None,
-             names: list[str]) -> Mapping[str, ArrayLike]:
-    if vectors is not None:
-        return vectors
-    from w2b_core.vocabulary import Vocabulary
-
-    vocabulary = Vocabulary.load(config.vocabulary)
-    return {name: vocabulary.vector(name) for name in names}

@@ -104,7 +104,7 @@ def load_controllers(body: Body, names: Sequence[str] | None, vocabulary: Vocabu
         one = controller_file.load(controller_file.resolve(name))
         if one.body != body.name:
             raise ValueError(f'{name}: expected a controller of {body.name}, got one of {one.body}')
-        Layout.of(body).genome(one.network)
+        Layout.of(body).genome(one.serial)
         if not one.words:
             raise ValueError(f'{name}: expected a controller with its trained words, got none')
         if changed := one.changed_words(vocabulary):
@@ -141,7 +141,7 @@ def evolved_sample(body: Body, controllers: Sequence[controller_file.Controller]
         own = [word.word for word in controllers[parent].words]
         hears = own + [word for word in other if word not in own] if index < kept else own
         words.append(hears[turn % len(hears)])
-        genomes.append(layout.genome(controllers[parent].network))
+        genomes.append(layout.genome(controllers[parent].serial))
     population = np.array(genomes)
     population[kept:] = mutate(np.random.default_rng((seed, 1)), population[kept:], layout)
     heard = np.array([vocabulary.vector(word) for word in words])

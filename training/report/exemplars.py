@@ -107,10 +107,8 @@ def show(run: str, network: Network, vectors: Mapping[str, ArrayLike], engine: s
 def _in_batched(network: Network, body: Body, heard: Array, precision: str) -> Array:
     from w2b_sim.engines.batched import BatchedEngine
 
-    batch = Network(network.hidden_weights[None], network.motor_weights[None],
-                    network.motor_time_constants)
     engine = BatchedEngine(body, WORLDS[body.world], precision=precision)
-    _, way = engine.record(batch, heard, [Start()])
+    _, way = engine.record(network.batched(), heard, [Start()])
     position: Array = way.position_m[0, :, 0]
     return position
 

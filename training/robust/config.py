@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from training.evolution.config import check_each_once
 from training.evolution.treatments import Words
 from training.robust.listening import Listening
 from training.robust.objective import FREE_STRAY_M, STRAY_WEIGHT
@@ -97,6 +98,7 @@ class RobustConfig:
         if missing:
             raise ValueError(f'words: expected at least one for each behaviour, got none for '
                              f'{missing[0]!r}')
+        check_each_once(word for word, _behaviour in self.words)
 
     @property
     def generations(self) -> int:

@@ -121,10 +121,8 @@ def later(network: Network, body: Body, world: World, words: Words,
 def _outcome(evaluator: Evaluator, network: Network, words: Sequence[str],
              vectors: Mapping[str, ArrayLike], starts: Sequence[Start]) -> Evaluation:
     """Return the outcome (1, W, K) of one controller."""
-    batch = Network(network.hidden_weights[None], network.motor_weights[None],
-                    network.motor_time_constants)
     signals = np.array([np.asarray(vectors[word], dtype=np.float64) for word in words])
-    return evaluator.evaluate(batch, signals, starts)
+    return evaluator.evaluate(network.batched(), signals, starts)
 
 
 def rows(outcome: Evaluation, words: Words, held_out: Words, move_m: float,

@@ -3,9 +3,10 @@ Under how many of all words does a controller rest? What a stop word proves depe
 
   python -m training rest quadruped
 
-Primes the controller's hidden layer, without a body, with every word of a vocabulary (of the default
-one, those with the source's own vectors), and counts the words under which it comes to rest, with silent touch sensors and with all feet on the floor. A
-controller that rests under most words stands still under most held-out stop words by chance.
+Primes the controller's hidden layer, without a body, with every word of a vocabulary (of the
+default one, those with the source's own vectors), and counts the words under which it comes to
+rest, with silent touch sensors and with all feet on the floor. A controller that rests under most
+words stands still under most held-out stop words by chance.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Run the command; return the exit code: 0, or 2 for an error."""
     try:
-        network = controller_file.load(controller_file.resolve(args.controller)).network
+        network = controller_file.load(controller_file.resolve(args.controller)).serial
         vocabulary = Vocabulary.load(args.vocabulary)
         signals = np.array([vocabulary.vector(word) for word in vocabulary.exact_words])
     except (ValueError, OSError) as error:

@@ -26,6 +26,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from training.evolution.treatments import Words
+from w2b_core.vocabulary.text import folded
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,9 @@ class WordRoles:
         """Check that no word has two roles and that every behaviour is trained."""
         seen: set[str] = set()
         for word, _behaviour in self.every:
-            if word in seen:
+            if folded(word) in seen:
                 raise ValueError(f'words: expected one role each, got two for {word!r}')
-            seen.add(word)
+            seen.add(folded(word))
         missing = {'forward', 'backward', 'stop'} - {asked for _word, asked in self.trained}
         if missing:
             raise ValueError(f'words: expected a trained word for each behaviour, got none for '

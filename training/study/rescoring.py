@@ -100,9 +100,7 @@ def rescore(network: Network, run: RunSpec, trial: Trial, evaluator: Evaluator,
     """
     words = [word.word for word in trial.words]
     heard = treated(vectors, words, run.treatment, run.evolution_seed)
-    batch = Network(network.hidden_weights[None], network.motor_weights[None],
-                    network.motor_time_constants)
-    return _rows(trial, evaluator.evaluate(batch, heard, trial.starts))
+    return _rows(trial, evaluator.evaluate(network.batched(), heard, trial.starts))
 
 
 def _rows(trial: Trial, outcome: Evaluation) -> dict[str, list[Any]]:

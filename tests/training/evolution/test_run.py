@@ -233,10 +233,36 @@ def test_configuration_round_trip():
     ({'words': ()}, 'words: expected at least one, got none'),
     ({'words': (('up', 'fly'),)}, "words: expected 'up' to ask for one of .*, got 'fly'"),
     ({'held_out': (('stop', 'stop'),)}, "words: expected each once, got 'stop' more than once"),
+    ({'held_out': (('FORWARD', 'stop'),)}, "got 'FORWARD' and 'forward': one word"),
+    ({'held_out': (('for\u00adward', 'stop'),)}, "and 'forward': one word"),
+    ({'words': (('forward', 'forward'), ('Forward', 'backward'))}, 'one word'),
+    ({'held_out': (('halt', 'stop'), ('ＨＡＬＴ', 'stop'))}, 'one word'),
 ])
 def test_bad_configurations_are_refused(change, message):
     with pytest.raises(ValueError, match=message):
         replace(CONFIG, **change)
+
+
+@pytest.mark.parametrize(('words', 'held_out'), [
+    ('forward backward stop', "for'ward"), ('forward backward stop back-wards', 'backwards'),
+    ('forward backward stop dont', 'DON’T'), ('forward backward (stop)', 'stop!')])
+def test_words_are_compared_as_the_vocabulary_spells_them(tmp_path, words, held_out):
+    """What is held out under another spelling than it is trained in would not be held out."""
+    asked = dict(WORDS)
+    with pytest.raises(ValueError, match='one word'):
+        run(replace(CONFIG, words=tuple((word, asked.get(word, 'stop')) for word in words.split()),
+                    held_out=((held_out, 'stop'),)), tmp_path, evaluator=Landscape())
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_run_knows_its_words_by_the_vocabularys_spelling(tmp_path):
+    shouted = replace(CONFIG, words=tuple((word.upper(), asked) for word, asked in WORDS),
+                      held_out=(('Halt!', 'stop'),))
+    run(CONFIG, tmp_path / 'a', evaluator=Landscape())
+    result = run(shouted, tmp_path / 'b', evaluator=Landscape())
+    assert [outcome.word for outcome in result.outcomes] == [
+        word for word, _asked in CONFIG.words + CONFIG.held_out]
+    assert champion_bytes(tmp_path / 'a') == champion_bytes(tmp_path / 'b')
 
 
 def test_unknown_fields_are_refused():

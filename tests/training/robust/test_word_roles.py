@@ -58,5 +58,7 @@ def test_a_word_in_two_roles_is_refused():
     moves = asking('forward', 'forward') + asking('backward', 'backward')
     with pytest.raises(ValueError, match="one role each, got two for 'halt'"):
         WordRoles(moves + asking('stop', 'stop halt'), (), asking('stop', 'halt'))
+    with pytest.raises(ValueError, match='one role'):
+        WordRoles(moves + asking('stop', 'stop halt'), (), asking('stop', 'HALT'))
     with pytest.raises(ValueError, match="got none for 'stop'"):
         WordRoles(moves, asking('stop', 'stop'), ())

@@ -13,7 +13,7 @@ from dataclasses import replace
 from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.subscription import Subscription
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -67,6 +67,9 @@ PARAMETERS = (
               when=When.ACTIVATE, topic=True),
     Parameter('contacts_topic', 'contacts',
               'Touch sensors, 1 while they touch (sensor_msgs/JointState).',
+              when=When.ACTIVATE, topic=True),
+    Parameter('imu_topic', 'imu/data',
+              'Attitude (sensor_msgs/Imu), for controllers that sense it.',
               when=When.ACTIVATE, topic=True),
     Parameter('body_status_topic', TOPIC,
               'How the body is (diagnostic_msgs/DiagnosticStatus, latched).',
@@ -145,6 +148,9 @@ class BrainNode(ManagedNode):
         if self._brain.uses_contacts:
             self._ears.append(self.create_subscription(
                 JointState, self._topic('contacts'), self._on_contacts, FRAMES_IN))
+        if self._brain.uses_imu:
+            self._ears.append(self.create_subscription(
+                Imu, self._topic('imu'), self._on_imu, FRAMES_IN))
 
     def deactivate(self) -> None:
         """Neither listen nor answer: the body gets no more targets."""
@@ -179,10 +185,9 @@ class BrainNode(ManagedNode):
         if self._check_rival():
             answer = self._brain.refuse(message.data, RIVAL)
         else:
-            there = self._body_there()
-            answer = self._brain.hear(message.data, there)
+            answer = self._brain.hear(message.data)
             if answer.level is not Level.ERROR:
-                answer = self._brain.with_following(answer, there)
+                answer = self._brain.with_following(answer, self._body_there())
         self._publish_answer(answer)
         self._log_answer(answer)
 
@@ -197,9 +202,6 @@ class BrainNode(ManagedNode):
             self.get_logger().info(line)
         else:
             self.get_logger().warning(line)
-
-    def _body_there(self) -> bool:
-        return bool(self.count_publishers(self._topic('body_status')))
 
     def _on_body_status(self, message: DiagnosticStatus) -> None:
         if self._brain is None:
@@ -242,6 +244,16 @@ class BrainNode(ManagedNode):
         if self._brain is not None and not self._check_rival():
             self._send(self._brain.contacts(
                 stamp_ns(message.header.stamp), message.name, message.position))
+
+    def _on_imu(self, message: Imu) -> None:
+        if self._brain is not None and not self._check_rival():
+            orientation, turn = message.orientation, message.angular_velocity
+            # REP-145: a covariance that begins with -1 is that of a field that is not reported.
+            known = message.orientation_covariance[0] != -1.0
+            self._send(self._brain.imu(
+                stamp_ns(message.header.stamp),
+                (orientation.x, orientation.y, orientation.z, orientation.w) if known else None,
+                (turn.x, turn.y, turn.z)))
 
     def _send(self, targets: Targets | None) -> None:
         self._tell_if_stopped()

@@ -14,6 +14,7 @@ from math import radians
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.courses import NOWHERE, Course
 from w2b_core.outcome import Motion, Outcome, told
 from w2b_core.registry import Registry
 
@@ -62,6 +63,8 @@ class Behaviour:
         Whether a `Motion` is what was asked for, within `Bounds`.
     earned
         What an `Outcome` is worth to evolution, (C, W, K); the progress if it is not given.
+    course
+        Where it takes the body: what heading senses and mirrors need to know.
 
     """
 
@@ -70,6 +73,7 @@ class Behaviour:
     progress: Callable[[Motion], Array]
     obeyed: Callable[[Motion, Bounds], Truth]
     earned: Callable[[Outcome], Array] | None = None
+    course: Course = NOWHERE
 
     def worth(self, outcome: Outcome) -> Array:
         """Return what the outcome earns, (C, W, K)."""
@@ -87,7 +91,8 @@ def _near(motion: Motion, bounds: Bounds) -> Truth:
 
 def _walk(sign: float, about: str) -> Behaviour:
     return Behaviour(about, True, lambda motion: sign * motion.along_m,
-                     lambda motion, bounds: sign * motion.along_m >= bounds.move_m)
+                     lambda motion, bounds: sign * motion.along_m >= bounds.move_m,
+                     course=Course(along=sign))
 
 
 def _turn(sign: float, about: str) -> Behaviour:
@@ -95,7 +100,7 @@ def _turn(sign: float, about: str) -> Behaviour:
         return sign * told(motion, 'yaw_rad')
 
     return Behaviour(about, True, progress, lambda motion, bounds: (
-        (progress(motion) >= bounds.turn_rad) & _near(motion, bounds)))
+        (progress(motion) >= bounds.turn_rad) & _near(motion, bounds)), course=Course(turn=sign))
 
 
 #: The original program rewards the shortest path; the paper's text the shortest distance.

@@ -45,8 +45,9 @@ class BodyStatus:
     follows
         Whether targets move it: armed and not paused, and the last target was accepted within
         `FRESH_PERIODS` periods.
-    epoch
-        Changes whenever what was said before counts no more.
+    epoch, epoch_age_s
+        Changes whenever what was said before counts no more; how long it had lasted when this was
+        published.
     needs_arming
         Whether it has to be armed before it moves; a simulation need not.
     accepted_stamp_ns
@@ -61,6 +62,7 @@ class BodyStatus:
     epoch: str
     needs_arming: bool
     accepted_stamp_ns: int | None = None
+    epoch_age_s: float = 0.0
 
     def to_status(self, node: str) -> Status:
         """Return it as a status of the node `node`: OK only while the body follows."""
@@ -69,6 +71,7 @@ class BodyStatus:
                       f'{self.state}: {self.reason}', {
                           'body': self.body, 'state': self.state, 'reason': self.reason,
                           'follows': _text(self.follows), 'epoch': self.epoch,
+                          'epoch_age_s': f'{self.epoch_age_s:.3f}',
                           'needs_arming': _text(self.needs_arming),
                           'accepted_stamp_ns': 'none' if stamp is None else str(stamp)})
 
@@ -102,8 +105,12 @@ class BodyStatus:
         if stamp != 'none' and not re.fullmatch(r'-?\d{1,19}', stamp, re.ASCII):
             raise BodyStatusError(f'{TOPIC}: accepted_stamp_ns: expected nanoseconds or none, '
                                   f'got {stamp[:40]!r}')
+        if not re.fullmatch(r'\d{1,12}(\.\d{1,9})?', of('epoch_age_s'), re.ASCII):
+            raise BodyStatusError(f'{TOPIC}: epoch_age_s: expected seconds, '
+                                  f'got {of("epoch_age_s")[:40]!r}')
         return cls(of('body'), of('state'), of('reason'), flag('follows'), of('epoch'),
-                   flag('needs_arming'), None if stamp == 'none' else int(stamp))
+                   flag('needs_arming'), None if stamp == 'none' else int(stamp),
+                   float(of('epoch_age_s')))
 
 
 def mark(epoch: str | None) -> str:

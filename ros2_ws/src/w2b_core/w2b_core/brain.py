@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core import network as neural
-from w2b_core import periphery
+from w2b_core import senses
 from w2b_core.body_status import BodyStatus
-from w2b_core.command import Answer, Ear
+from w2b_core.command import Answer, Listener
 from w2b_core.controller.file import Controller
 from w2b_core.following import BodyWatch, Following, Follows
 from w2b_core.frame_stream import FrameStream, Verdict
+from w2b_core.mind import mind_of
 from w2b_core.sensor_frames import FrameAssembler, FrameError, OtherBodyError, SensorFrame
 from w2b_core.status import Level, Status
 from w2b_core.vocabulary import Vocabulary
@@ -77,14 +77,13 @@ class Brain:
     def __init__(self, controller: Controller, vocabulary: Vocabulary, *, frame_timeout_s: float,
                  clock: Callable[[], float], command_timeout_s: float = 0.0) -> None:
         self.controller = controller
-        self._ear = Ear(controller, vocabulary)
+        self._ear = Listener(controller, vocabulary)
         self._clock = clock
         self._frame_timeout_s = frame_timeout_s
         self._command_timeout_s = command_timeout_s
         self._watch = BodyWatch(clock)
         #: Epoch that the word was said in, empty if the body's state was not known then.
         self._word_epoch = ''
-        self._word_before_body = False
         #: Stamp of the first target that follows the word.
         self._word_stamp_ns: int | None = None
         self._heard_at_s = clock()
@@ -92,65 +91,70 @@ class Brain:
         self._answer: Answer | None = None
         self._told: Following | None = None
         self._joints = tuple(motor.joint for motor in controller.motors)
-        links = tuple(source for kind, source in map(periphery.split, controller.sensors)
+        links = tuple(source for kind, source in map(senses.split, controller.sensors)
                       if kind == 'touch')
-        self._assembler = FrameAssembler(self._joints, links)
+        self._assembler = FrameAssembler(self._joints, links, imu=self.uses_imu)
         self._stream = FrameStream(controller.period_s, frame_timeout_s, clock)
         self._counts: Counter[str] = Counter()
         self._problem: Problem | None = None
         self._doing = 'standing: no command yet'
-        self._state: neural.State | None = None
+        self._mind = mind_of(controller)
         self._last: Targets | None = None
 
     @property
     def uses_contacts(self) -> bool:
         """Whether the network has touch sensors, so that frames include `contacts`."""
-        return any(sensor.startswith('touch:') for sensor in self.controller.sensors)
+        return 'contacts' in self.controller.topics
+
+    @property
+    def uses_imu(self) -> bool:
+        """Whether the network senses heading, turn or tilt, so that frames include `imu/data`."""
+        return 'imu/data' in self.controller.topics
 
     def set_timeouts(self, *, frame_s: float, command_s: float) -> None:
         """Change `frame_timeout_s` and `command_timeout_s`, see the class."""
         self._frame_timeout_s = self._stream.timeout_s = frame_s
         self._command_timeout_s = command_s
 
-    def hear(self, text: str, body_there: bool = True) -> Answer:
+    def hear(self, text: str) -> Answer:
         """
         Prime the network with a command; a refused one changes nothing but the answer.
 
         The words that are followed already are renewed: the gait goes on as it is.
-        `body_there` is whether a body is known to be there though it has not said how it is.
         """
-        answer, signal = self._ear.hear(text)
-        if signal is None:
+        answer, heard = self._ear.hear(text)
+        if heard is None:
             return answer
         self._heard_at_s = self._clock()
         epoch = '' if self._watch.last is None else self._watch.last.epoch
         answer = replace(answer, repeated=(
-            self._state is not None and self._answer is not None and self._word_epoch == epoch
+            self._mind.follows and self._answer is not None and self._word_epoch == epoch
             and self._answer.values['words'] == answer.values['words']))
         self._answer = answer
         if not answer.repeated:
-            self._state = neural.prime(self.controller.network, signal)
+            self._mind.hear(heard)
             self._doing = f'following {answer.values["words"]!r}'
             self._word_epoch, self._word_stamp_ns = epoch, None
-            self._word_before_body = not body_there and self._stream.last_stamp_ns is None
         return answer
 
     def body(self, status: BodyStatus) -> None:
         """Take what the body says of itself: a new epoch ends the word said before it."""
         before = self._watch.last
         self._watch.take(status)
-        if self._state is None or status.epoch == self._word_epoch:
+        if not self._mind.follows or status.epoch == self._word_epoch:
             return
-        if before is None and not status.needs_arming and not self._word_before_body:
-            # The body was there when the word was said, and only now says how it is.
+        first = before is None and not status.needs_arming
+        if first or self._clock() - self._heard_at_s < status.epoch_age_s:
+            # The word was said in this epoch, which the brain learns of only now; or to the first
+            # simulation there is, which starts more slowly than its brain.
             self._word_epoch = status.epoch
             return
         self.stand(f'the body is {status.state} ({status.reason}) since the last word: '
                    'say it again to go on')
 
     def following(self, body_there: bool = True) -> Following:
-        """Return whether a body follows the last word; `body_there` as in `hear`."""
-        if self._state is None:
+        """Return whether a body follows the last word; `body_there`: whether one is discovered."""
+        if not self._mind.follows:
             return Following(Follows.NO, self._doing, self._watch.state)
         status = self.frames_status()
         fault = status.message if status.level is Level.ERROR else ''
@@ -167,7 +171,7 @@ class Brain:
     def news(self, body_there: bool = True) -> Answer | None:
         """Return the answer to the last word anew if a body follows it now and did not, or so."""
         answer = self._answer
-        if self._state is None or answer is None or answer.received != self._ear.received:
+        if not self._mind.follows or answer is None or answer.received != self._ear.received:
             return None
         following, told = self.following(body_there), self._told
         if told is not None and (following.follows, following.body_state) == (
@@ -190,11 +194,12 @@ class Brain:
 
     def stand(self, reason: str) -> None:
         """Forget the command; the robot stands until the next one."""
-        if self._state is not None and self._answer is not None:
+        if self._mind.follows and self._answer is not None:
             values = Following(Follows.NO, reason, self._watch.state).to_values()
             self._stopped = replace(self._answer, level=Level.WARN, message=f'standing: {reason}',
                                     values={**self._answer.values, **values})
-        self._state = self._last = None
+        self._mind.forget()
+        self._last = None
         self._doing = f'standing: {reason}'
 
     def joint_states(self, stamp_ns: int, names: Sequence[str],
@@ -206,6 +211,12 @@ class Brain:
                  touching: Sequence[float]) -> Targets | None:
         """Take a `contacts` message; return the targets if it completes a frame."""
         return self._take(lambda: self._assembler.contacts(stamp_ns, names, touching))
+
+    def imu(self, stamp_ns: int, orientation_xyzw: Sequence[float] | None,
+            angular_velocity_rad_s: Sequence[float]) -> Targets | None:
+        """Take an `imu/data` message; return the targets if it completes a frame."""
+        return self._take(lambda: self._assembler.imu(
+            stamp_ns, orientation_xyzw, angular_velocity_rad_s))
 
     def _take(self, part: Callable[[], SensorFrame | None]) -> Targets | None:
         try:
@@ -230,7 +241,7 @@ class Brain:
 
     def sense(self, frame: SensorFrame) -> Targets | None:
         """Return the targets that answer a complete frame; None if it is ignored."""
-        last_ns = self._stream.last_stamp_ns
+        last_ns, lost = self._stream.last_stamp_ns, self._stream.lost
         verdict = self._stream.judge(frame.stamp_ns)
         if verdict in (Verdict.STALE, Verdict.LEAP):
             self._ignore('stale', Level.WARN, f'a frame whose stamp is {verdict.value}')
@@ -244,8 +255,8 @@ class Brain:
         if verdict is Verdict.RESTARTED:
             self._counts['restarts'] += 1
             self.stand('the sensor frames started over')
-        elif last_ns is not None and self._state is not None:
-            self._end_word(frame.stamp_ns - last_ns)
+        elif last_ns is not None and self._mind.follows:
+            self._end_word(frame.stamp_ns - last_ns if lost else 0)
         self._counts['answered'] += 1
         self._forget_problem()
         self._last = self._think(frame)
@@ -263,21 +274,12 @@ class Brain:
 
     def _think(self, frame: SensorFrame) -> Targets:
         """Answer with the motors as they are, then let the network hear the sensors."""
-        count = self.controller.network.motor_count
-        state = self._state
-        word_epoch = None if state is None else self._word_epoch
-        if state is not None and self._word_stamp_ns is None:
+        word_epoch = self._word_epoch if self._mind.follows else None
+        if self._mind.follows and self._word_stamp_ns is None:
             self._word_stamp_ns = frame.stamp_ns
-        motors = np.zeros(count) if state is None else state.motors
-        if state is not None:
-            sensors = periphery.read(
-                self.controller.sensors, frame.touching, frame.position_rad,
-                dict(zip(self._joints, map(float, motors), strict=True)))
-            self._state = neural.step(self.controller.network, state, sensors)
-        else:
-            hidden = np.zeros(self.controller.network.hidden_count)
-            state = neural.State(hidden, hidden, motors, False)
-        return Targets(frame.stamp_ns, self._joints, self.controller.targets_rad(state),
+        motors = self._mind.motors
+        self._mind.feel(frame.readings)
+        return Targets(frame.stamp_ns, self._joints, self.controller.targets_rad(motors),
                        self.controller.period_s, word_epoch)
 
     def _ignore(self, kind: str, level: Level, reason: str) -> None:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from w2b_core.controller.file import Controller
+from w2b_core.hearing.heard import Heard
 from w2b_core.status import Level
 from w2b_core.vocabulary import UnknownWordError, Vocabulary, VocabularyError
 
@@ -46,7 +44,7 @@ def quoted(text: str) -> str:
     return ''.join(character if character.isprintable() else ' ' for character in cut)
 
 
-class Ear:
+class Listener:
     """
     Turns commands into signals with one vocabulary, and knows which words were trained.
 
@@ -64,7 +62,9 @@ class Ear:
                 f'{controller.vector_length}, as the controller was evolved with, '
                 f'got {vocabulary.dimensions}')
         self._vocabulary = vocabulary
-        self._trained = tuple(word.word for word in controller.words)
+        # As the vocabulary spells them, which is how commands are compared with them.
+        self._trained = tuple(vocabulary.known(word.word) if word.word in vocabulary
+                              else word.word for word in controller.words)
         self.received = 0
         changed = controller.changed_words(vocabulary)
         self.warning = (f'vectors of {", ".join(changed)} are not those of the training: the '
@@ -85,8 +85,8 @@ class Ear:
         self.received += 1
         return self._refusal(text, reason)
 
-    def hear(self, text: str) -> tuple[Answer, NDArray[np.float64] | None]:
-        """Return the answer and the signal to prime the network with, None if it is refused."""
+    def hear(self, text: str) -> tuple[Answer, Heard | None]:
+        """Return the answer and what the network hears, None if the command is refused."""
         self.received += 1
         if REPLACEMENT in text:
             return self._refusal(text, 'command: expected text in UTF-8, got other bytes'), None
@@ -107,7 +107,7 @@ class Ear:
         values = {'words': ', '.join(phrase.words), 'vocabulary': self.source,
                   'nearest': '; '.join(map(self._nearest, phrase.words))}
         return Answer(Level.WARN if self.warning else Level.OK, message, self.received,
-                      quoted(text), values), phrase.signal
+                      quoted(text), values), Heard(signal=phrase.signal)
 
     def _refusal(self, text: str, reason: str, **values: str) -> Answer:
         return Answer(Level.ERROR, quoted(reason), self.received, quoted(text),

@@ -1,7 +1,7 @@
 """
 Which way each behaviour goes: what a heading sense and a body's mirrors need to know of it.
 
-A behaviour that is not listed here moves the body nowhere, as `stop` and `sit`.
+The course of a behaviour is part of its entry in `w2b_core.behaviours`, and of a controller file.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 #: The behaviours of a controller that does not say otherwise, in the order of its command vector.
-BEHAVIOURS = ('stop', 'forward', 'backward', 'left', 'right', 'sit')
+DEFAULT_BEHAVIOURS = ('stop', 'forward', 'backward', 'left', 'right', 'sit')
 
 
 class Course(NamedTuple):
@@ -23,13 +23,15 @@ class Course(NamedTuple):
     turn: float = 0.0
 
 
-COURSES = {'forward': Course(along=1.0), 'backward': Course(along=-1.0),
-           'left': Course(turn=1.0), 'right': Course(turn=-1.0)}
+#: The course of a behaviour that is registered nowhere.
+NOWHERE = Course()
 
 
 def course_of(behaviour: str) -> Course:
-    """Return the course of a behaviour."""
-    return COURSES.get(behaviour, Course())
+    """Return the course of a registered behaviour, that of `stop` for any other."""
+    from w2b_core.behaviours import BEHAVIOURS as REGISTERED
+
+    return REGISTERED.get(behaviour).course if behaviour in REGISTERED else NOWHERE
 
 
 def holds(behaviours: Sequence[str], command: ArrayLike) -> NDArray[np.float64]:
@@ -39,6 +41,11 @@ def holds(behaviours: Sequence[str], command: ArrayLike) -> NDArray[np.float64]:
     The first is the share of behaviours that go straight, the second that share with the sign of
     their direction: 1, 1 for forward, 1, -1 for backward, 0, 0 for stop or left.
     """
-    along = np.array([course_of(behaviour).along for behaviour in behaviours])
+    return held([course_of(behaviour) for behaviour in behaviours], command)
+
+
+def held(courses: Sequence[Course], command: ArrayLike) -> NDArray[np.float64]:
+    """Return `holds` of behaviours with these courses."""
+    along = np.array([course.along for course in courses])
     u = np.asarray(command, dtype=np.float64)
     return np.stack([u @ np.abs(along), u @ along], axis=-1)

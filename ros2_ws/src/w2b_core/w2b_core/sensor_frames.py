@@ -1,8 +1,8 @@
 """
 Sensor frames: what the body's stamped messages say, checked, and put together by their stamps.
 
-A body reports its joints on `joint_states` and, where it has touch sensors, its feet on `contacts`;
-both are named vectors, and one stamp makes them one frame.
+A body reports its joints on `joint_states`, its feet on `contacts` where it has touch sensors, and
+its attitude on `imu/data` where it has an IMU. One stamp makes them one frame.
 """
 
 from __future__ import annotations
@@ -10,12 +10,15 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TypeVar
+from dataclasses import dataclass, field
+from typing import Any
 
-T = TypeVar('T')
+from w2b_core.senses import Readings, gravity_in, heading_of
+
 #: Parts that wait for the other part of their frame; older ones are dropped.
 WAITING_PARTS = 8
+#: An orientation whose length differs by more is damaged.
+UNIT_TOLERANCE = 0.01
 _NAMES_SHOWN = 4
 _NAME_LENGTH_SHOWN = 40
 
@@ -29,17 +32,34 @@ class OtherBodyError(FrameError):
 
 
 @dataclass(frozen=True)
+class Attitude:
+    """Heading of the base, rate of turn about its z axis, unit vector of gravity in its axes."""
+
+    heading_rad: float = 0.0
+    yaw_rate_rad_s: float = 0.0
+    gravity: tuple[float, float, float] = (0.0, 0.0, -1.0)
+
+
+@dataclass(frozen=True)
 class SensorFrame:
     """
     What the body senses at one instant.
 
     `position_rad` maps every driven joint to its angle; `touching` maps every link with a touch
-    sensor to whether it touches something.
+    sensor to whether it touches something; the others are what an IMU measures, see
+    `w2b_core.senses.Readings`.
     """
 
     stamp_ns: int
     position_rad: Mapping[str, float]
     touching: Mapping[str, bool]
+    attitude: Attitude = field(default_factory=Attitude)
+
+    @property
+    def readings(self) -> Readings:
+        """What senses read of it."""
+        return Readings(self.touching, self.position_rad, {}, self.attitude.heading_rad,
+                        self.attitude.yaw_rate_rad_s, self.attitude.gravity)
 
 
 def named_values(topic: str, names: Sequence[str], values: Sequence[float],
@@ -101,58 +121,90 @@ def shown(names: Iterable[str]) -> str:
 
 
 class FrameAssembler:
-    """Checks the parts of frames as they arrive, in any order, and joins those of one stamp."""
+    """
+    Checks the parts of frames as they arrive, in any order, and joins those of one stamp.
 
-    def __init__(self, joints: Sequence[str], touch_links: Sequence[str]) -> None:
+    Parameters
+    ----------
+    joints, touch_links
+        Names that `joint_states` and `contacts` must hold; no contacts are needed without links.
+    imu
+        Whether frames need `imu/data`.
+
+    """
+
+    def __init__(self, joints: Sequence[str], touch_links: Sequence[str], *,
+                 imu: bool = False) -> None:
         self._joints = tuple(joints)
         self._touch_links = tuple(touch_links)
-        self._positions: dict[int, dict[str, float]] = {}
-        self._contacts: dict[int, dict[str, bool]] = {}
+        self._parts: dict[str, dict[int, Any]] = {
+            'joint_states': {}, **({'contacts': {}} if touch_links else {}),
+            **({'imu/data': {}} if imu else {})}
 
     def joint_states(self, stamp_ns: int, names: Sequence[str],
                      position_rad: Sequence[float]) -> SensorFrame | None:
         """Take a `joint_states` message; return the frame if this completes it (FrameError)."""
         _check_stamp('joint_states', stamp_ns)
-        positions = named_values('joint_states', names, position_rad, self._joints,
-                                 ignore_others=True)
-        if not self._touch_links:
-            return SensorFrame(stamp_ns, positions, {})
-        _keep(self._positions, stamp_ns, positions)
-        return self._joined(stamp_ns)
+        return self._keep('joint_states', stamp_ns, named_values(
+            'joint_states', names, position_rad, self._joints, ignore_others=True))
 
     def contacts(self, stamp_ns: int, names: Sequence[str],
                  touching: Sequence[float]) -> SensorFrame | None:
         """Take a `contacts` message; return the frame if this completes it (FrameError)."""
-        if not self._touch_links:
+        if 'contacts' not in self._parts:
             return None
         _check_stamp('contacts', stamp_ns)
         values = named_values('contacts', names, touching, self._touch_links, ignore_others=True)
         for name, value in values.items():
             if value not in (0.0, 1.0):
                 raise FrameError(f'contacts: expected 0 or 1, got {value} for {name}')
-        _keep(self._contacts, stamp_ns, {name: value == 1.0 for name, value in values.items()})
-        return self._joined(stamp_ns)
+        return self._keep('contacts', stamp_ns,
+                          {name: value == 1.0 for name, value in values.items()})
+
+    def imu(self, stamp_ns: int, orientation_xyzw: Sequence[float] | None,
+            angular_velocity_rad_s: Sequence[float]) -> SensorFrame | None:
+        """
+        Take an `imu/data` message; return the frame if this completes it (FrameError).
+
+        `orientation_xyzw` is None while the orientation is not known (REP-145).
+        """
+        if 'imu/data' not in self._parts:
+            return None
+        _check_stamp('imu/data', stamp_ns)
+        if orientation_xyzw is None:
+            raise FrameError('imu/data: no orientation yet: the filter has not settled')
+        for name, values in (('orientation', orientation_xyzw),
+                             ('angular_velocity', angular_velocity_rad_s)):
+            if not all(map(math.isfinite, values)):
+                raise FrameError(f'imu/data: expected finite numbers, got {tuple(values)} '
+                                 f'for {name}')
+        length = math.hypot(*orientation_xyzw)
+        if abs(length - 1.0) > UNIT_TOLERANCE:
+            raise FrameError('imu/data: expected an orientation of unit length, '
+                             f'got a length of {length:.4g}')
+        return self._keep('imu/data', stamp_ns, Attitude(
+            heading_of(orientation_xyzw), float(angular_velocity_rad_s[2]),
+            gravity_in(orientation_xyzw)))
 
     @property
     def missing(self) -> str:
-        """The topic whose half of the frames does not come, empty if none is missed."""
-        if bool(self._positions) == bool(self._contacts):
-            return ''
-        return 'contacts' if self._positions else 'joint_states'
+        """The topics whose parts of the frames do not come, empty if none is missed."""
+        silent = [topic for topic, parts in self._parts.items() if not parts]
+        return '' if len(silent) == len(self._parts) else ' and '.join(silent)
 
-    def _joined(self, stamp_ns: int) -> SensorFrame | None:
-        if stamp_ns not in self._positions or stamp_ns not in self._contacts:
+    def _keep(self, topic: str, stamp_ns: int, part: object) -> SensorFrame | None:
+        waiting = self._parts[topic]
+        waiting.pop(stamp_ns, None)
+        waiting[stamp_ns] = part
+        while len(waiting) > WAITING_PARTS:
+            del waiting[next(iter(waiting))]
+        if not all(stamp_ns in parts for parts in self._parts.values()):
             return None
-        return SensorFrame(stamp_ns, self._positions.pop(stamp_ns), self._contacts.pop(stamp_ns))
+        whole = {topic: parts.pop(stamp_ns) for topic, parts in self._parts.items()}
+        return SensorFrame(stamp_ns, whole['joint_states'], whole.get('contacts', {}),
+                           whole.get('imu/data', Attitude()))
 
 
 def _check_stamp(topic: str, stamp_ns: int) -> None:
     if stamp_ns <= 0:
         raise FrameError(f'{topic}: expected a stamp after 0, got {stamp_ns / 1e9:g} s')
-
-
-def _keep(parts: dict[int, T], stamp_ns: int, part: T) -> None:
-    parts.pop(stamp_ns, None)
-    parts[stamp_ns] = part
-    while len(parts) > WAITING_PARTS:
-        del parts[next(iter(parts))]

@@ -19,8 +19,10 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from w2b_core import trajectory
 from w2b_core.body_status import FRESH_PERIODS, BodyStatus, marked_epoch
 from w2b_core.status import Level, Status
+from w2b_core.trajectory import TrajectoryError
 from w2b_hw import calibration, messages
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
@@ -46,7 +48,7 @@ from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.managed_node import ManagedNode
 from w2b_ros.parameters import Parameter, When, check_frame_id, declare
-from w2b_ros.ros_messages import FRAMES_OUT, TARGETS, stamp_ns, to_stamp
+from w2b_ros.ros_messages import FRAMES_OUT, TARGETS, to_stamp
 
 RATE_HZ = 20.0
 PULSES = QoSProfile(depth=10)
@@ -255,13 +257,19 @@ class HardwareNode(ManagedNode):
     def _on_target(self, message: JointTrajectory) -> None:
         if self._io is None:
             return
-        answered_ns, now_ns = stamp_ns(message.header.stamp), self.get_clock().now().nanoseconds
+        now_ns = self.get_clock().now().nanoseconds
         try:
+            answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
+            trajectory.check(message.joint_names, message.points, 1.0 / RATE_HZ)
             pose = self._gate.check(
                 message.joint_names, [point.positions for point in message.points],
                 answered_ns, now_ns)
+        except TrajectoryError as error:
+            self._gate.refused += 1
+            self._refuse(str(error))
+            return
         except TargetRefusedError as error:
-            self._refusal, self._refused_at_s = str(error), time.monotonic()
+            self._refuse(str(error))
             return
         word_epoch = marked_epoch(message.header.frame_id)
         if answered_ns < self._armed_at_ns <= now_ns:
@@ -272,7 +280,7 @@ class HardwareNode(ManagedNode):
             self._accepted_at_s, self._accepted_stamp_ns = time.monotonic(), answered_ns
         else:
             self._gate.refused += 1
-            self._refusal, self._refused_at_s = _OLD_WORD, time.monotonic()
+            self._refuse(_OLD_WORD)
         self._body.check()
         if self._auto_arm:
             # Once: after a fault or a stop, a person arms.
@@ -280,6 +288,9 @@ class HardwareNode(ManagedNode):
             refusal = self._arm()
             if refusal is not None:
                 self.get_logger().error(f'not armed: {refusal}')
+
+    def _refuse(self, reason: str) -> None:
+        self._refusal, self._refused_at_s = reason, time.monotonic()
 
     def _arm(self) -> str | None:
         if self._io is None or self._robot is None:

@@ -27,7 +27,7 @@ class BodyReporter:
     node
         The node that is the body.
     status
-        Returns the status of now.
+        Returns the status of now, without the age of its epoch.
 
     """
 
@@ -37,12 +37,17 @@ class BodyReporter:
         self._publisher = node.create_publisher(DiagnosticStatus, TOPIC, LATCHED)
         self._published: BodyStatus | None = None
         self._published_at_s = 0.0
+        self._epoch_began_at_s = time.monotonic()
         self._timer = node.create_timer(CHECK_S, self.check, clock=STEADY)
 
     def check(self) -> None:
-        """Publish at once if something changed but the stamp, else if it is time."""
+        """Publish at once if something changed but stamp and age, else if it is time."""
         now_s, status = time.monotonic(), self._status()
-        told = replace(status, accepted_stamp_ns=None)
+        if self._published is None or status.epoch != self._published.epoch:
+            # Seen a little late, never early: a word said before passes for none said since.
+            self._epoch_began_at_s = now_s
+        status = replace(status, epoch_age_s=now_s - self._epoch_began_at_s)
+        told = replace(status, accepted_stamp_ns=None, epoch_age_s=0.0)
         if told == self._published and now_s - self._published_at_s < PERIOD_S:
             return
         self._published, self._published_at_s = told, now_s

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from w2b_core import periphery
+from w2b_core import senses
 from w2b_core.bodies.model import Body
 from w2b_core.network import Network, prime, step
+from w2b_core.senses import Readings
 from w2b_sim.engines.interface import Frame, Simulation
 
 Array = NDArray[np.float64]
@@ -61,9 +62,9 @@ def targets_rad(body: Body, motors: Array) -> Array:
 def sensor_values(body: Body, frame: Frame, motors: Array) -> Array:
     """Return the sensor neurons' values (S,) of a body in its network's order."""
     joints = [joint.name for joint in body.joints]
-    return periphery.read(body.sensors, frame.touching,
-                          dict(zip(joints, frame.joint_position_rad, strict=True)),
-                          dict(zip(joints, motors, strict=True)))
+    return senses.read(body.sensors, Readings(
+        frame.touching, dict(zip(joints, frame.joint_position_rad, strict=True)),
+        dict(zip(joints, motors, strict=True))))
 
 
 def rollout(simulation: Simulation, body: Body, network: Network, signal: ArrayLike, steps: int,

@@ -161,7 +161,7 @@ class SimulatedRobot:
         return True
 
     def refuse(self, reason: str) -> None:
-        """Count targets as refused, for a reason."""
+        """Count targets that are refused, and keep the reason for the status."""
         self._counts['refused'] += 1
         self._problem = (self._clock(), reason)
 

@@ -19,13 +19,14 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from w2b_core import bodies
+from w2b_core import bodies, trajectory
 from w2b_core.body_status import marked_epoch
 from w2b_core.status import Level, Status
+from w2b_core.trajectory import TrajectoryError
 from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.parameters import LARGEST_INTEGER, Parameter, When, declare
@@ -34,7 +35,6 @@ from w2b_ros.ros_messages import (
     STEADY,
     TARGETS,
     other_publisher,
-    stamp_ns,
     to_stamp,
 )
 from w2b_ros.ros_process import StartError
@@ -47,6 +47,9 @@ from w2b_sim.worlds import WORLDS
 #: In lockstep frames come faster than a busy listener reads: who records a run gets all of it.
 LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
                      reliability=ReliabilityPolicy.RELIABLE)
+
+#: At the base's origin, with its axes.
+IMU_FRAME = 'imu_link'
 
 #: What a seeded start may differ by from the nominal one.
 SPREAD_HEIGHT_M = 0.002
@@ -100,6 +103,7 @@ class SimNode(Node):
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOG_OUT)
         self._contacts = (self.create_publisher(JointState, 'contacts', FRAMES_OUT)
                           if self._robot.frame.touching else None)
+        self._imu = self.create_publisher(Imu, 'imu/data', FRAMES_OUT)
         self._odometry = self.create_publisher(Odometry, 'odom', LOG_OUT)
         self._clock_publisher = self.create_publisher(Clock, '/clock', FRAMES_OUT)
         self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, TARGETS)
@@ -159,10 +163,16 @@ class SimNode(Node):
         return f'{self._process}.{self._resets}'
 
     def _on_targets(self, message: JointTrajectory) -> None:
+        try:
+            answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
+            trajectory.check(message.joint_names, message.points, self._period_s)
+        except TrajectoryError as error:
+            self._robot.refuse(str(error))
+            return
         if marked_epoch(message.header.frame_id) not in (None, '', self._epoch):
             self._robot.refuse('the word was said before the reset: say it again')
             return
-        taken = self._robot.take(stamp_ns(message.header.stamp), message.joint_names,
+        taken = self._robot.take(answered_ns, message.joint_names,
                                  [point.positions for point in message.points])
         if taken and not self._robot.paced:
             self._move_if_may()
@@ -214,11 +224,22 @@ class SimNode(Node):
                                   position=[float(touch) for touch in frame.touching.values()])
             contacts.header.stamp = stamp
             self._contacts.publish(contacts)
+        self._imu.publish(self._imu_message())
         joints = JointState(name=[joint.name for joint in self._robot.body.joints],
                             position=frame.joint_position_rad.tolist(),
                             velocity=frame.joint_velocity_rad_s.tolist())
         joints.header.stamp = stamp
         self._joint_states.publish(joints)
+
+    def _imu_message(self) -> Imu:
+        """What an ideal IMU at the base measures (REP-145); accelerations are not told."""
+        frame = self._robot.frame
+        message = Imu(orientation=_quaternion(frame.orientation_xyzw), angular_velocity=Vector3(
+            **_xyz(into_body(frame.orientation_xyzw, frame.angular_velocity_rad_s))))
+        message.header.frame_id = IMU_FRAME
+        message.header.stamp = to_stamp(self._robot.stamp_ns)
+        message.linear_acceleration_covariance[0] = -1.0
+        return message
 
     def _odometry_message(self) -> Odometry:
         """Pose in `odom`, velocity in the base's own frame, as Odometry asks for."""
@@ -227,8 +248,7 @@ class SimNode(Node):
         message.header.frame_id = 'odom'
         message.header.stamp = to_stamp(self._robot.stamp_ns)
         message.pose.pose.position = Point(**_xyz(frame.position_m))
-        x, y, z, w = map(float, frame.orientation_xyzw)
-        message.pose.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
+        message.pose.pose.orientation = _quaternion(frame.orientation_xyzw)
         message.twist.twist.linear = Vector3(
             **_xyz(into_body(frame.orientation_xyzw, frame.velocity_m_s)))
         message.twist.twist.angular = Vector3(
@@ -251,6 +271,10 @@ class SimNode(Node):
     def close(self) -> None:
         """Leave the physics server."""
         self._simulation.close()
+
+
+def _quaternion(orientation_xyzw: np.ndarray) -> Quaternion:
+    return Quaternion(**dict(zip('xyzw', map(float, orientation_xyzw), strict=True)))
 
 
 def _xyz(vector: np.ndarray) -> dict[str, float]:

@@ -85,6 +85,11 @@ class Fields:
         return tuple(_text(value, f'{self.name(key)}[{index}]', 'a string')
                      for index, value in enumerate(values))
 
+    def numbers(self, key: str) -> list[float]:
+        """Take a list of finite numbers."""
+        return [_number(value, f'{self.name(key)}[{index}]', 'a finite number')
+                for index, value in enumerate(self._take(key, 'a list of numbers', _list))]
+
     def matrix(self, key: str) -> list[list[float]]:
         """Take a list of one or more equally long, not empty lists of finite numbers."""
         expected = 'a list of rows of finite numbers'

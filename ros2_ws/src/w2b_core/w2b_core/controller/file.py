@@ -13,9 +13,8 @@ import tempfile
 from importlib import resources
 from pathlib import Path
 
-import numpy as np
-
 from w2b_core.controller import fields as controller_json
+from w2b_core.controller import legs_format, serial_format
 from w2b_core.controller.fields import ControllerFileError, Fields, Text, expect
 from w2b_core.controller.model import (
     Controller,
@@ -23,13 +22,14 @@ from w2b_core.controller.model import (
     TrainedWord,
     vector_sha256,
 )
-from w2b_core.network import Network
+from w2b_core.network import LeakyNetwork
 
 __all__ = ['Controller', 'ControllerFileError', 'Motor', 'TrainedWord',
            'dumps', 'load', 'loads', 'resolve', 'save', 'shipped', 'shipped_names', 'vector_sha256']
 
 FORMAT = 'w2b-controller'
-VERSION = 1
+#: Version -> what reads the parts in which its files differ from those of the others.
+VERSIONS = {1: serial_format.load, 2: legs_format.load}
 #: Hundreds of times a controller of the study; a file beyond it is refused before it is read.
 MAX_BYTES = 4_000_000
 
@@ -37,15 +37,13 @@ MAX_BYTES = 4_000_000
 def dumps(controller: Controller) -> str:
     """Return the text of the controller's file, the same for the same controller."""
     network = controller.network
+    if isinstance(network, LeakyNetwork):
+        version, middle = 2, legs_format.dump(controller, network)
+    else:
+        version, middle = 1, serial_format.dump(controller, network)
     return controller_json.write({
-        'format': FORMAT, 'version': VERSION, 'body': controller.body,
-        'period_s': controller.period_s,
-        'network': {
-            'input': 'serial', 'vector_length': controller.vector_length,
-            'hidden_weights': network.hidden_weights.tolist(),
-            'motor_weights': network.motor_weights.tolist(),
-            'sensors': list(controller.sensors),
-            'motors': [vars(motor) for motor in controller.motors]},
+        'format': FORMAT, 'version': version, 'body': controller.body,
+        'period_s': controller.period_s, **middle,
         'words': [vars(word) for word in controller.words],
         'record': controller.record})
 
@@ -56,34 +54,15 @@ def loads(text: str) -> Controller:
     # A file of another format or version has other fields: these two come first.
     name, version = top.text('format'), top.integer('version')
     expect(name == FORMAT, 'format', repr(FORMAT), name)
-    expect(version == VERSION, 'version', f'{VERSION}, the one that this program reads', version)
-    network = top.fields('network')
-    way_in = network.text('input')
-    expect(way_in == 'serial', 'network.input', "'serial'", way_in)
-    motors = tuple(_motor(fields) for fields in network.list_of_fields('motors'))
-    hidden, motor = network.matrix('hidden_weights'), network.matrix('motor_weights')
-    expect(len(motor) == len(motors), 'network.motor_weights',
-           f'{len(motors)} rows, one for each of network.motors', Text(f'{len(motor)} rows'))
-    try:
-        net = Network(np.array(hidden), np.array(motor),
-                      np.array([motor.time_constant for motor in motors]))
-    except ValueError as error:
-        raise ControllerFileError(f'network.{error}') from None
+    expect(version in VERSIONS, 'version',
+           f'{" or ".join(map(str, VERSIONS))}, which this program reads', version)
+    parts = VERSIONS[version](top)
     controller = Controller(
-        body=top.text('body'), network=net, sensors=network.texts('sensors'), motors=motors,
-        period_s=top.number('period_s'),
+        body=top.text('body'), period_s=top.number('period_s'),
         words=tuple(_word(fields) for fields in top.list_of_fields('words')),
-        record=top.free('record'), vector_length=network.integer('vector_length'))
-    network.finish()
+        record=top.free('record'), **parts)
     top.finish()
     return controller
-
-
-def _motor(fields: Fields) -> Motor:
-    motor = Motor(fields.text('joint'), fields.number('lower_rad'), fields.number('upper_rad'),
-                  fields.number('time_constant'))
-    fields.finish()
-    return motor
 
 
 def _word(fields: Fields) -> TrainedWord:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core.controller.fields import Text, expect
-from w2b_core.network import Network, State
+from w2b_core import senses
+from w2b_core.controller.fields import ControllerFileError, Text, expect
+from w2b_core.courses import Course
+from w2b_core.network import LeakyNetwork, Network
 
 Array = NDArray[np.float64]
-
-SENSOR_KINDS = ('touch', 'position', 'motor')
-
 
 #: Beyond these a sum of weighted neurons could overflow, and the network would think NaN.
 MAX_WEIGHT = 1e6
@@ -28,6 +27,17 @@ class WordVectors(Protocol):
 
     def vector(self, word: str) -> Array:
         """Return the vector of `word`, or raise ValueError if there is none."""
+
+
+class Ear(Protocol):
+    """What a controller needs of an ear: see `w2b_core.hearing`."""
+
+    @property
+    def behaviours(self) -> tuple[str, ...]:
+        """Names in the order of the command that it gives."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the ear as a JSON object."""
 
 
 def vector_sha256(vector: Array) -> str:
@@ -70,9 +80,9 @@ class Controller:
     body
         Name of the body that it was evolved for.
     network
-        A single controller: hidden weights (H, H + 1 + S), motor weights (M, H).
+        A single one: serial, primed with words, or leaky, driven by an ear's command.
     sensors
-        S names in the order of the sensor neurons, as `w2b_core.bodies.model.Body.sensors`.
+        S names in the order of the sensor neurons, see `w2b_core.senses`.
     motors
         M joints in the order of the motor neurons.
     period_s
@@ -83,6 +93,10 @@ class Controller:
         How it came about: any JSON object.
     vector_length
         Of a word's vector.
+    behaviours, courses
+        K names in the order of a leaky network's command, and where each takes the body.
+    ear
+        What turns words into that command; None for a serial network, which hears by itself.
 
     Raises
     ------
@@ -92,13 +106,16 @@ class Controller:
     """
 
     body: str
-    network: Network
+    network: Network | LeakyNetwork
     sensors: tuple[str, ...]
     motors: tuple[Motor, ...]
     period_s: float
     words: tuple[TrainedWord, ...]
     record: dict[str, Any] = field(default_factory=dict)
     vector_length: int = 300
+    behaviours: tuple[str, ...] = ()
+    courses: tuple[Course, ...] = ()
+    ear: Ear | None = None
 
     def __post_init__(self) -> None:
         """Check what the types alone do not say."""
@@ -107,7 +124,10 @@ class Controller:
         expect(self.vector_length >= 1, 'network.vector_length', 'at least 1', self.vector_length)
         self._check_sensors()
         self._check_motors()
-        self._check_weights()
+        if isinstance(self.network, LeakyNetwork):
+            self._check_leaky(self.network)
+        else:
+            self._check_serial(self.network)
         self._check_words()
 
     def _check_motors(self) -> None:
@@ -130,14 +150,41 @@ class Controller:
         joints = [motor.joint for motor in self.motors]
         for index, sensor in enumerate(self.sensors):
             name = f'network.sensors[{index}]'
-            kind, _, place = sensor.partition(':')
-            expect(kind in SENSOR_KINDS and _is_name(place), name,
-                   'touch:LINK, position:JOINT or motor:JOINT', sensor)
-            expect(kind == 'touch' or place in joints, name, 'a joint of network.motors', sensor)
+            try:
+                kind, place = senses.split(sensor)
+            except ValueError as error:
+                raise ControllerFileError(f'{name}: {error}') from None
+            expect(not place or _is_name(place), name, 'names of letters, digits and _', sensor)
+            expect(senses.SENSES[kind].source != 'joint' or place in joints, name,
+                   'a joint of network.motors', sensor)
             expect(sensor not in self.sensors[:index], name, 'a sensor not named before', sensor)
 
-    def _check_weights(self) -> None:
-        hidden, motor = self.network.hidden_weights, self.network.motor_weights
+    def _check_leaky(self, network: LeakyNetwork) -> None:
+        expect(network.hidden.ndim == 2, 'network.hidden', 'one controller, (H, H)',
+               network.hidden.shape)
+        sizes = network.sizes
+        for axis, name, count in (('K', 'behaviours', len(self.behaviours)),
+                                  ('S', 'network.sensors', len(self.sensors)),
+                                  ('M', 'network.motors', len(self.motors))):
+            expect(sizes[axis] == count, name, f'{sizes[axis]}, as the network has', count)
+        expect(len(self.courses) == len(self.behaviours), 'behaviours',
+               'a course of each', len(self.courses))
+        for index, name in enumerate(self.behaviours):
+            expect(_is_name(name) and name not in self.behaviours[:index],
+                   f'behaviours[{index}].name', 'a name not listed before', name)
+            course = self.courses[index]
+            expect(course.along in (-1, 0, 1) and course.turn in (-1, 0, 1),
+                   f'behaviours[{index}]', 'along and turn of -1, 0 or 1', tuple(course))
+        expect(self.ear is not None, 'ear', 'an ear, for a network that takes commands',
+               Text('none'))
+        assert self.ear is not None
+        expect(tuple(self.ear.behaviours) == self.behaviours, 'ear.behaviours',
+               f'those of the controller, {", ".join(self.behaviours)}',
+               Text(', '.join(self.ear.behaviours)))
+
+    def _check_serial(self, network: Network) -> None:
+        hidden, motor = network.hidden_weights, network.motor_weights
+        expect(self.ear is None, 'ear', 'none, for a network that is primed', self.ear)
         expect(hidden.ndim == 2, 'network.hidden_weights', 'one controller, (H, H + 1 + S)',
                hidden.shape)
         for name, weights in (('hidden', hidden), ('motor', motor)):
@@ -146,16 +193,16 @@ class Controller:
             expect(bool((np.abs(weights) <= MAX_WEIGHT).all()), f'network.{name}_weights',
                    f'numbers of at most {MAX_WEIGHT:g}', float(np.abs(weights).max()))
         count = len(hidden)
-        expect(self.network.sensor_count == len(self.sensors), 'network.hidden_weights',
+        expect(network.sensor_count == len(self.sensors), 'network.hidden_weights',
                f'rows of {count + 1 + len(self.sensors)} ({count} hidden neurons, 1 auditory, '
                f'{len(self.sensors)} sensors)', Text(f'rows of {hidden.shape[1]}'))
         expect(len(motor) == len(self.motors), 'network.motor_weights',
                f'{len(self.motors)} rows, one for each of network.motors',
                Text(f'{len(motor)} rows'))
         constants = tuple(motor.time_constant for motor in self.motors)
-        expect(tuple(self.network.motor_time_constants.tolist()) == constants,
+        expect(tuple(network.motor_time_constants.tolist()) == constants,
                'network.motor_time_constants', f'those of the motors, {constants}',
-               self.network.motor_time_constants.tolist())
+               network.motor_time_constants.tolist())
 
     def _check_words(self) -> None:
         seen: set[str] = set()
@@ -177,16 +224,36 @@ class Controller:
     __hash__ = None  # type: ignore[assignment]
 
     def _parts(self) -> tuple[object, ...]:
-        network = self.network
+        parts = (vars(self.network)[name.name] for name in fields(self.network))
         return (self.body, self.sensors, self.motors, self.period_s, self.words, self.record,
-                self.vector_length, network.hidden_weights.shape,
-                network.hidden_weights.tobytes(), network.motor_weights.tobytes())
+                self.vector_length, self.behaviours, self.courses,
+                None if self.ear is None else self.ear.to_json(), type(self.network),
+                *((part.shape, part.tobytes()) for part in parts))
 
-    def targets_rad(self, state: State) -> Array:
-        """Return the joint angles (..., M) that the motor neurons of `state` ask for."""
+    @property
+    def serial(self) -> Network:
+        """The network of a controller that is primed with words (ControllerFileError if not)."""
+        if not isinstance(self.network, Network):
+            raise ControllerFileError('network: expected one that is primed with words, '
+                                      'got one that an ear commands')
+        return self.network
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of the motor neurons."""
+        return tuple(motor.joint for motor in self.motors)
+
+    @property
+    def topics(self) -> frozenset[str]:
+        """Topics that its senses are measured on."""
+        return frozenset(senses.SENSES[senses.split(sensor)[0]].topic
+                         for sensor in self.sensors) - {''}
+
+    def targets_rad(self, motors: Array) -> Array:
+        """Return the joint angles (..., M) that motor neurons (..., M) ask for."""
         lower = np.array([motor.lower_rad for motor in self.motors])
         upper = np.array([motor.upper_rad for motor in self.motors])
-        targets: Array = lower + (state.motors + 1) / 2 * (upper - lower)
+        targets: Array = lower + (motors + 1) / 2 * (upper - lower)
         return targets
 
     def changed_words(self, vocabulary: WordVectors) -> tuple[str, ...]:

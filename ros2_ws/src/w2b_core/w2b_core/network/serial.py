@@ -57,6 +57,11 @@ class Network:
             raise ValueError(f'motor_time_constants: expected {motor[-2:-1]}, '
                              f'got {self.motor_time_constants.shape}')
 
+    def batched(self) -> Network:
+        """Return one controller as a batch of one, as evaluators take it."""
+        return Network(self.hidden_weights[None], self.motor_weights[None],
+                       self.motor_time_constants)
+
     @property
     def hidden_count(self) -> int:
         """Number of hidden neurons, H."""

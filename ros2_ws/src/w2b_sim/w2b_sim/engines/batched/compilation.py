@@ -24,7 +24,8 @@ import numba
 from numba import njit
 from numba.core import config
 
-from w2b_sim.engines.batched import kernel
+from w2b_core import senses
+from w2b_sim.engines.batched import kernel, leaky_kernel
 from w2b_sim.engines.batched.layout import Layout
 
 logger = logging.getLogger(__name__)
@@ -52,13 +53,23 @@ def _fingerprint() -> str:
     digest = hashlib.sha256(numba.__version__.encode())
     for path in sorted(Path(__file__).parent.glob('*.py')):
         digest.update(path.read_bytes())
+    digest.update(Path(senses.__file__).read_bytes())
     return digest.hexdigest()[:16]
 
 
-@lru_cache(maxsize=1)
 def compiled_evaluate() -> Any:
     """Return `kernel.evaluate` as a numba dispatcher that releases the GIL and keeps its code."""
-    dispatcher = njit(nogil=True, error_model='numpy')(kernel.evaluate)
+    return _compiled_call(kernel.evaluate)
+
+
+def compiled_evaluate_leaky() -> Any:
+    """Return the same of `leaky_kernel.evaluate_leaky`."""
+    return _compiled_call(leaky_kernel.evaluate_leaky)
+
+
+@lru_cache(maxsize=2)
+def _compiled_call(call: Callable[..., None]) -> Any:
+    dispatcher = njit(nogil=True, error_model='numpy')(call)
     folder = cache_folder()
     if folder is not None:
         settings: Any = config

@@ -53,12 +53,12 @@ def solve_coulomb_tree(layout, tables, state, frame, composite, solve, near, cou
         base = _load_contact(layout, tables, frame, solve, used[i], slip_per_h, base)
     for _ in range(sweeps):
         for d in range(layout.dynamic):
-            base = _visit_motor(layout, tables, solve, d, h, base)
+            base = _visit_motor(layout, tables, solve, d, base)
         for i in range(slots):
             base = _visit_contact(layout, tables, solve, used[i], slip_per_h, friction, base)
     # The last word is the joints': no stop is passed for the sake of a contact.
     for d in range(layout.dynamic):
-        base = _visit_motor(layout, tables, solve, d, h, base)
+        base = _visit_motor(layout, tables, solve, d, base)
     set_base(layout, solve.y, base)
     for d in range(layout.dynamic):
         state.motor[d] = solve.motor_impulse[d]
@@ -84,6 +84,7 @@ def _load_motor(layout, tables, state, frame, solve, d, erp, h, base):
     low = (tables.lower[j] - state.angle[j]) / h
     high = (tables.upper[j] - state.angle[j]) / h
     solve.inverse[d] = inverse
+    solve.limit[d] = state.strength[0] * (tables.torque[j] * h)
     solve.target[d] = frame.rate[j] * inverse
     solve.lowest[d] = where(low > 0.0, low * erp, low) * inverse
     solve.highest[d] = where(high < 0.0, high * erp, high) * inverse
@@ -112,7 +113,7 @@ def _load_contact(layout, tables, frame, solve, s, slip_per_h, base):
 
 
 @inlined
-def _visit_motor(layout, tables, solve, d, h, base):
+def _visit_motor(layout, tables, solve, d, base):
     """
     Visit the row of a joint, along which both motor and stop act.
 
@@ -120,7 +121,7 @@ def _visit_motor(layout, tables, solve, d, h, base):
     then is missing to its bounds. Their sum is the former, bounded by the latter.
     """
     link, inverse, old = tables.dynamic_link[d], solve.inverse[d], solve.motor_impulse[d]
-    limit = tables.torque[link - 1] * h
+    limit = solve.limit[d]
     rate = row_dot(layout, tables, link, solve.motor, d, solve.y, base)
     without = fma(-rate, inverse, old)
     new = vmin(vmax(solve.target[d] + without, -limit), limit)

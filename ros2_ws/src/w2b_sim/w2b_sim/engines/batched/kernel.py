@@ -21,19 +21,29 @@ from w2b_sim.engines.batched.integration import integrate
 from w2b_sim.engines.batched.kinematics import drives, hinge_angles, rotations
 from w2b_sim.engines.batched.memory import allocate, get_lane, local1, local2, noise, set_lane
 from w2b_sim.engines.batched.neurons import prime_range, update
+from w2b_sim.engines.batched.parameters import (
+    BASE_MASS,
+    DELAY,
+    ERP_PER_H,
+    FLIP,
+    FRICTION,
+    GAIN,
+    GRAVITY,
+    MOTOR_NOISE,
+    MOTOR_STREAM,
+    PARAMETERS,
+    PUSH,
+    PUSH_STREAM,
+    SLIP,
+    STREAMS,
+    TOUCH_GAP,
+    TOUCH_STREAM,
+)
 from w2b_sim.engines.batched.rigid import Contacts
 from w2b_sim.engines.batched.rows import Solve
 from w2b_sim.engines.batched.simd import splat, vmax, vmin, vsqrt, where
 from w2b_sim.engines.batched.state import Frame, State, rest
 from w2b_sim.engines.batched.supported import POSITION, TOUCH
-
-#: Columns of `Batch.parameters`, what may differ from lane to lane.
-(ERP_PER_H, SLIP, FRICTION, GRAVITY, BASE_MASS, TOUCH_GAP, DELAY, FLIP, PUSH, GAIN,
- MOTOR_NOISE) = range(11)
-PARAMETERS = 11
-
-#: Random numbers per control period: the joints', the touch sensors' and two of the push.
-MOTOR_STREAM, PUSH_STREAM, TOUCH_STREAM, STREAMS = 0, 64, 66, 128
 
 
 class Clock(NamedTuple):

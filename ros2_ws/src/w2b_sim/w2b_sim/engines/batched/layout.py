@@ -40,6 +40,8 @@ class Layout:
         of them at most move one link.
     coulomb
         1 for the contact solve with Coulomb's bound, 0 for the original's unbounded viscous one.
+    leaky
+        1 for commanded leaky networks (`leaky_kernel`), 0 for the original's primed ones.
 
     """
 
@@ -53,6 +55,7 @@ class Layout:
     dynamic: int
     chain: int
     coulomb: int
+    leaky: int = 0
 
     @property
     def joints(self) -> int:
@@ -78,6 +81,11 @@ class Layout:
     def motor_synapses(self) -> int:
         """Synapses onto motor neurons."""
         return self.joints * self.hidden
+
+    @property
+    def motor_inputs(self) -> int:
+        """Synapses onto motor neurons of a leaky network, from hidden neurons and sensors."""
+        return self.joints * self.inputs
 
     @property
     def unknowns(self) -> int:

@@ -74,3 +74,30 @@ def update(layout, tables, weights, motor_weights, hidden, new, motors, senses, 
         motors[j] = tanh(fma(total, tables.time_constant[j], motors[j]))
     for i in range(layout.hidden):
         hidden[i] = tanh(new[i])
+
+
+@inlined
+def update_leaky(layout, hidden_weights, motor_weights, hidden_drive, motor_drive, hidden_leak,
+                 motor_leak, hidden, new, motors, senses):
+    """
+    Advance the neurons of a leaky network by one control period: `w2b_core.network.leaky.step`.
+
+    Weights (H, H + S) and (J, H + S), row by row.
+    """
+    inputs = layout.inputs
+    for i in range(layout.hidden):
+        total = hidden_drive[i]
+        for source in range(layout.hidden):
+            total = fma(hidden_weights[i * inputs + source], hidden[source], total)
+        for sensor in range(layout.sensors):
+            total = fma(hidden_weights[i * inputs + layout.hidden + sensor], senses[sensor], total)
+        new[i] = fma(hidden_leak[i], tanh(total) - hidden[i], hidden[i])
+    for j in range(layout.joints):
+        total = motor_drive[j]
+        for source in range(layout.hidden):
+            total = fma(motor_weights[j * inputs + source], hidden[source], total)
+        for sensor in range(layout.sensors):
+            total = fma(motor_weights[j * inputs + layout.hidden + sensor], senses[sensor], total)
+        motors[j] = fma(motor_leak[j], tanh(total) - motors[j], motors[j])
+    for i in range(layout.hidden):
+        hidden[i] = new[i]

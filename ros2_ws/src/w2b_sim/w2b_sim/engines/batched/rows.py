@@ -69,6 +69,7 @@ Solve = structure('Solve', {
     'motor': ('dynamic', 'width'),   # rows of the joints in Cholesky space
     'motor_impulse': ('dynamic',),
     'inverse': ('dynamic',),
+    'limit': ('dynamic',),           # greatest impulse of the motor
     'cross_x': ('contacts',),        # velocity along x by a unit impulse along z
     'cross_y': ('contacts',),
     'taken': ('links',),             # slots of a leg that are taken, see `slots`

@@ -22,6 +22,7 @@ State = structure('State', {
     'press_first': ('contacts',),    # the same of the viscous solve's first stage
     'slide_x': ('contacts',),        # friction impulses of the last step
     'slide_y': ('contacts',),
+    'strength': (1,),                # factor of the servos' torque
     'mode': ('dynamic',),            # of the dynamic joints in the last step, see `motors`
     'motor': ('dynamic',),           # impulses of their motors and stops in the last step
 })
@@ -76,6 +77,7 @@ def rest(layout, tables, state, frame, start):
     for j in range(layout.joints):
         state.angle[j] = zero
         state.motors[j] = zero
+    state.strength[0] = splat(layout, 1.0)
     for d in range(layout.dynamic):
         state.mode[d] = zero
         state.motor[d] = zero

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from math import hypot, isfinite
 
 from w2b_core.bodies.model import Body, Box, Capsule, Joint, Link, Servo, Shape, Sphere
+from w2b_core.senses import AXES
 
-#: Kinds of sensors, as the kernel numbers them.
-TOUCH, POSITION, MOTOR = range(3)
+#: Kinds of sensors, as the kernels number them; those from the fourth on are a leaky network's.
+TOUCH, POSITION, MOTOR, YAW_RATE, GRAVITY, HEADING, STEER = range(7)
 SENSOR_KINDS = {'touch': TOUCH, 'position': POSITION, 'motor': MOTOR}
+LEAKY_SENSES = {**SENSOR_KINDS, 'yaw_rate': YAW_RATE, 'gravity': GRAVITY, 'heading': HEADING,
+                'steer': STEER}
 
 
 class UnsupportedBodyError(ValueError):
     """A body is outside what the batched engine models; the message says in what."""
 
 
-def refuse_what_is_not_modelled(body: Body) -> None:
-    """Raise UnsupportedBodyError if the body is outside what the engine models."""
+def refuse_what_is_not_modelled(body: Body, kinds: Mapping[str, int] = SENSOR_KINDS) -> None:
+    """
+    Raise UnsupportedBodyError if the body is outside what the engine models.
+
+    `kinds` are the senses of the networks that it is to run: `SENSOR_KINDS` or `LEAKY_SENSES`.
+    """
     def refuse(reason: str) -> None:
         raise UnsupportedBodyError(f'{body.name}: the batched engine does not model {reason}')
 
@@ -59,8 +66,11 @@ def refuse_what_is_not_modelled(body: Body) -> None:
         refuse('the same sensor twice')
     for sensor in body.sensors:
         kind, _colon, source = sensor.partition(':')
-        if kind not in SENSOR_KINDS or source not in (names if kind == 'touch' else joints):
-            refuse(f'the sensor {sensor!r}')
+        sources: dict[str, Collection[str]] = {'touch': names, 'position': joints, 'motor': joints,
+                                               'gravity': AXES}
+        if kind not in kinds or source not in sources.get(kind, ('',)):
+            refuse(f'the sensor {sensor!r}: expected a link, joint or axis of {body.name} after '
+                   f'one of {", ".join(kinds)}')
 
 
 def _positive(value: float) -> bool:

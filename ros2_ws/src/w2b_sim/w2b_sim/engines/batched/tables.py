@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 
 from w2b_core.bodies.inertia import link_inertia
 from w2b_core.bodies.model import Body, Box, Capsule, Joint, Link
-from w2b_sim.engines.batched.supported import SENSOR_KINDS, refuse_what_is_not_modelled
+from w2b_core.senses import AXES
+from w2b_sim.engines.batched.supported import (
+    LEAKY_SENSES,
+    SENSOR_KINDS,
+    refuse_what_is_not_modelled,
+)
 from w2b_sim.worlds import World
 
 UNKNOWNS_OF_BASE = 6
@@ -88,7 +93,8 @@ class CompiledBody:
             array, dtype if array.dtype == np.float64 else np.int64) for array in self.tables))
 
 
-def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody:
+def compile_body(body: Body, world: World, joints: str = 'auto', *, leaky: bool = False
+                 ) -> CompiledBody:
     """
     Return the kernel's arrays of a body.
 
@@ -100,6 +106,8 @@ def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody
         `kinematic`: every joint follows its servo's velocity exactly. `dynamic`: every joint's
         rate is an unknown of the solve, driven by at most the servo's torque. `auto`: dynamic
         where the servo may saturate (`servo_saturates`).
+    leaky
+        Whether leaky networks are to run, which know more senses.
 
     Raises
     ------
@@ -110,7 +118,7 @@ def compile_body(body: Body, world: World, joints: str = 'auto') -> CompiledBody
     """
     if joints not in ('auto', 'kinematic', 'dynamic'):
         raise ValueError(f'joints: expected auto, kinematic or dynamic, got {joints!r}')
-    refuse_what_is_not_modelled(body)
+    refuse_what_is_not_modelled(body, LEAKY_SENSES if leaky else SENSOR_KINDS)
     links = [body.links[0], *(body.link(joint.child) for joint in body.joints)]
     number = {link.name: k for k, link in enumerate(links)}
     centres = np.array([link.centre_m for link in links], dtype=np.float64)
@@ -273,6 +281,7 @@ def _sensors(body: Body, touch_links: tuple[str, ...]
     kinds, sources = [], []
     for sensor in body.sensors:
         kind, _colon, source = sensor.partition(':')
-        kinds.append(SENSOR_KINDS[kind])
-        sources.append((touch_links if kind == 'touch' else joints).index(source))
+        kinds.append(LEAKY_SENSES[kind])
+        among = {'touch': touch_links, 'gravity': AXES, 'position': joints, 'motor': joints}
+        sources.append(list(among[kind]).index(source) if source else 0)
     return np.array(kinds, dtype=np.int64), np.array(sources, dtype=np.int64)

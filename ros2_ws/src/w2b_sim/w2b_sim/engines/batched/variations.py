@@ -84,16 +84,19 @@ class Variations:
             'slip_m_per_n_s': world.slip_m_per_n_s,
             'friction': np.inf if world.friction is None else world.friction,
             'erp': world.erp, 'gravity_m_s2': world.gravity_m_s2, 'base_mass_scale': 1.0,
-            'touch_gap_m': touch_gap_m, 'servo_gain_scale': 1.0}
+            'touch_gap_m': touch_gap_m, 'servo_gain_scale': 1.0,
+            'servo_speed_scale': 1.0, 'servo_torque_scale': 1.0}
         result = {}
         for field in fields(self):
+            if field.name == 'joint_zero_rad':  # has an axis of its own
+                continue
             given = getattr(self, field.name)
             result[field.name] = (np.asarray(defaults.get(field.name, 0.0)) if given is None
-                                  else _checked(field.name, given, shape))
+                                  else checked(field.name, given, shape))
         return result
 
 
-def _checked(name: str, given: ArrayLike, shape: tuple[int, int, int]) -> Array:
+def checked(name: str, given: ArrayLike, shape: tuple[int, int, int]) -> Array:
     """Return a field as an array that broadcasts to `shape` (ValueError)."""
     value = np.asarray(given, dtype=np.float64)
     try:
@@ -112,4 +115,7 @@ LIMITS = {
     'slip_m_per_n_s': (0.0, 1e3), 'friction': (0.0, np.inf), 'erp': (0.0, 1.0),
     'gravity_m_s2': (-1e3, 0.0), 'base_mass_scale': (1e-3, 1e3), 'touch_gap_m': (0.0, 0.02),
     'touch_flip_probability': (0.0, 1.0), 'push_m_s': (0.0, 1e3), 'servo_gain_scale': (0.0, 1e3),
-    'motor_noise_rad_s': (0.0, 1e3), 'seed': (0.0, 2.0**53), 'height_m': (-1e3, 1e3)}
+    'motor_noise_rad_s': (0.0, 1e3),
+    'servo_speed_scale': (1e-3, 1e3), 'servo_torque_scale': (1e-3, 1e3),
+    'gyro_noise_rad_s': (0.0, 1e3), 'gravity_noise': (0.0, 1.0),
+    'seed': (0.0, 2.0**53), 'height_m': (-1e3, 1e3)}

@@ -1,0 +1,77 @@
+"""Version 2 of the controller file: an ear that hears words, and legs that it commands."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from w2b_core.controller.fields import ControllerFileError, Fields, Text, expect
+from w2b_core.controller.model import Controller, Motor
+from w2b_core.courses import Course
+from w2b_core.network.leaky import BLOCKS, LeakyNetwork
+
+
+def dump(controller: Controller, network: LeakyNetwork) -> dict[str, Any]:
+    """Return the fields that only this version has."""
+    assert controller.ear is not None
+    return {
+        'behaviours': [{'name': name, 'along': course.along, 'turn': course.turn}
+                       for name, course in zip(controller.behaviours, controller.courses,
+                                               strict=True)],
+        'network': {
+            'kind': 'leaky', 'sensors': list(controller.sensors),
+            'motors': [{'joint': motor.joint, 'lower_rad': motor.lower_rad,
+                        'upper_rad': motor.upper_rad} for motor in controller.motors],
+            **{block.name: getattr(network, block.name).tolist() for block in BLOCKS}},
+        'ear': controller.ear.to_json(),
+    }
+
+
+def load(top: Fields) -> dict[str, Any]:
+    """Take these fields out of `top`; return arguments of `Controller` (ControllerFileError)."""
+    behaviours = []
+    for fields in top.list_of_fields('behaviours'):
+        behaviours.append((fields.text('name'),
+                           Course(fields.number('along'), fields.number('turn'))))
+        fields.finish()
+    network = top.fields('network')
+    kind = network.text('kind')
+    expect(kind == 'leaky', 'network.kind', "'leaky'", kind)
+    sensors = network.texts('sensors')
+    motors = tuple(_motor(fields) for fields in network.list_of_fields('motors'))
+    blocks = {block.name: _block(network, block.name, len(block.shape)) for block in BLOCKS}
+    # Rows of no number: there are no senses.
+    for name, rows in (('senses', 'hidden'), ('motor_senses', 'motor')):
+        if not sensors:
+            blocks[name] = np.zeros((len(blocks[rows]), 0))
+    try:
+        net = LeakyNetwork(**blocks)
+    except ValueError as error:
+        raise ControllerFileError(f'network.{error}') from None
+    network.finish()
+    from w2b_core.hearing.ear import Ear
+
+    try:
+        ear = Ear.from_json(top.free('ear'))
+    except ControllerFileError:
+        raise
+    except ValueError as error:
+        raise ControllerFileError(f'ear: {" ".join(str(error).split())}') from None
+    return {'network': net, 'sensors': sensors, 'motors': motors, 'ear': ear,
+            'behaviours': tuple(name for name, _course in behaviours),
+            'courses': tuple(course for _name, course in behaviours),
+            'vector_length': ear.vector_length}
+
+
+def _block(network: Fields, name: str, axes: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.array(network.matrix(name) if axes == 2 else network.numbers(name))
+
+
+def _motor(fields: Fields) -> Motor:
+    motor = Motor(fields.text('joint'), fields.number('lower_rad'), fields.number('upper_rad'),
+                  1.0)
+    fields.finish()
+    expect(motor.lower_rad < motor.upper_rad, f'{motor.joint}.upper_rad',
+           f'more than lower_rad, {motor.lower_rad!r}', Text(str(motor.upper_rad)))
+    return motor
