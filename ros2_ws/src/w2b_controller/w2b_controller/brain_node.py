@@ -25,6 +25,7 @@ from w2b_core.controller.file import Controller
 from w2b_core.status import Level, Status
 from w2b_core.vocabulary import Vocabulary
 from w2b_ros.diagnostics import DiagnosticsReporter
+from w2b_ros.frame_clock import FrameClock
 from w2b_ros.managed_node import ManagedNode
 from w2b_ros.parameters import Parameter, When, declare
 from w2b_ros.ros_messages import (
@@ -33,6 +34,7 @@ from w2b_ros.ros_messages import (
     LATCHED,
     NS_PER_S,
     TARGETS,
+    full_name,
     publisher_name,
     stamp_ns,
     to_diagnostic,
@@ -95,9 +97,11 @@ class BrainNode(ManagedNode):
         declare(self, PARAMETERS, state=lambda: self.state_label, applied=self._apply_parameters)
         self._rival = False
         self._logged = ''
+        self._frame_clock = FrameClock(self)
         self._ears: list[Subscription] = []
         self._reporter = DiagnosticsReporter(
-            self, self._statuses, self._hardware_id, self._topic('diagnostics'))
+            self, self._statuses, self._hardware_id, self._topic('diagnostics'),
+            self._frame_clock.now)
 
     def _text(self, name: str) -> str:
         return str(self.get_parameter(name).value)
@@ -203,6 +207,9 @@ class BrainNode(ManagedNode):
         else:
             self.get_logger().warning(line)
 
+    def _body_there(self) -> bool:
+        return bool(self.count_publishers(self._topic('body_status')))
+
     def _on_body_status(self, message: DiagnosticStatus) -> None:
         if self._brain is None:
             return
@@ -232,8 +239,8 @@ class BrainNode(ManagedNode):
 
     def _publish_answer(self, answer: Answer) -> None:
         values = {'received': str(answer.received), 'text': answer.heard, **answer.values}
-        self._answers.publish(to_diagnostic(
-            Status(answer.level, 'brain: command', answer.message, values), self._hardware_id()))
+        status = Status(answer.level, full_name(self, 'brain: command'), answer.message, values)
+        self._answers.publish(to_diagnostic(status, self._hardware_id()))
 
     def _on_joint_states(self, message: JointState) -> None:
         if self._brain is not None and not self._check_rival():
@@ -259,6 +266,7 @@ class BrainNode(ManagedNode):
         self._tell_if_stopped()
         if targets is None:
             return
+        self._frame_clock.frame(targets.stamp_ns)
         seconds, rest = divmod(round(targets.period_s * NS_PER_S), NS_PER_S)
         message = JointTrajectory(
             joint_names=list(targets.joints),

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from geometry_msgs.msg import Point, Quaternion, Vector3
+from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -29,7 +29,7 @@ from w2b_core.status import Level, Status
 from w2b_core.trajectory import TrajectoryError
 from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
-from w2b_ros.parameters import LARGEST_INTEGER, Parameter, When, declare
+from w2b_ros.parameters import LARGEST_INTEGER, Parameter, When, check_frame_id, declare
 from w2b_ros.ros_messages import (
     FRAMES_OUT,
     STEADY,
@@ -38,9 +38,9 @@ from w2b_ros.ros_messages import (
     to_stamp,
 )
 from w2b_ros.ros_process import StartError
+from w2b_sim import sim_messages
 from w2b_sim.engines.interface import Start
 from w2b_sim.engines.pybullet_engine import PyBulletSimulation
-from w2b_sim.rotation import into_body
 from w2b_sim.sim_logic import SimulatedRobot, reset_answer
 from w2b_sim.worlds import WORLDS
 
@@ -49,7 +49,6 @@ LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
                      reliability=ReliabilityPolicy.RELIABLE)
 
 #: At the base's origin, with its axes.
-IMU_FRAME = 'imu_link'
 
 #: What a seeded start may differ by from the nominal one.
 SPREAD_HEIGHT_M = 0.002
@@ -62,6 +61,10 @@ SMALLEST_FACTOR = 0.01
 def _check_factor(value: float) -> None:
     if 0.0 < value < SMALLEST_FACTOR:
         raise ValueError(f'expected 0 for lockstep or at least {SMALLEST_FACTOR}, got {value}')
+
+
+def _check_prefix(value: str) -> None:
+    check_frame_id(value + sim_messages.ODOM_FRAME)
 
 
 PARAMETERS = (
@@ -85,6 +88,11 @@ PARAMETERS = (
     Parameter('start_roll', 0.0, 'Radians to tilt it about x.', (-math.pi, math.pi)),
     Parameter('start_pitch', 0.0, 'Radians to tilt it about y.', (-math.pi, math.pi)),
     Parameter('start_yaw', 0.0, 'Radians to turn it about z.', (-math.pi, math.pi)),
+    Parameter('clock_topic', '/clock', 'Simulated time. Only one node can tell it on /clock: of '
+              'several robots each has its own in its namespace, with clock.', when=When.START,
+              topic=True),
+    Parameter('frame_prefix', '', 'Before the names of the frames, such as dog1/: of several '
+              'robots each has its own.', when=When.START, check=_check_prefix),
     Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.', when=When.START,
               topic=True),
 )
@@ -98,6 +106,7 @@ class SimNode(Node):
         self.exit_code: int | None = None
         declare(self, PARAMETERS)
         self._random = np.random.default_rng(max(0, self._integer('seed')))
+        self._prefix = str(self.get_parameter('frame_prefix').value)
         self._process, self._resets = secrets.token_hex(4), 0
         self._robot = self._make_robot()
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOG_OUT)
@@ -105,7 +114,8 @@ class SimNode(Node):
                           if self._robot.frame.touching else None)
         self._imu = self.create_publisher(Imu, 'imu/data', FRAMES_OUT)
         self._odometry = self.create_publisher(Odometry, 'odom', LOG_OUT)
-        self._clock_publisher = self.create_publisher(Clock, '/clock', FRAMES_OUT)
+        self._clock_publisher = self.create_publisher(
+            Clock, str(self.get_parameter('clock_topic').value), FRAMES_OUT)
         self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, TARGETS)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
@@ -113,7 +123,7 @@ class SimNode(Node):
         self._body = BodyReporter(self, lambda: self._robot.body_status(self._epoch, factor))
         self._reporter = DiagnosticsReporter(
             self, self._statuses, lambda: self._robot.body.name,
-            str(self.get_parameter('diagnostics_topic').value))
+            str(self.get_parameter('diagnostics_topic').value), self._now)
         if self._robot.paced:
             self.create_timer(self._period_s / self._number('real_time_factor'), self._on_tick,
                               clock=STEADY)
@@ -216,44 +226,17 @@ class SimNode(Node):
 
     def _publish_frame(self) -> None:
         self._republish.reset()
-        frame, stamp = self._robot.frame, to_stamp(self._robot.stamp_ns)
+        frame, body, stamp = self._robot.frame, self._robot.body, self._now()
         self._clock_publisher.publish(Clock(clock=stamp))
-        self._odometry.publish(self._odometry_message())
+        self._odometry.publish(sim_messages.odometry(frame, body, stamp, self._prefix))
         if self._contacts is not None:
-            contacts = JointState(name=list(frame.touching),
-                                  position=[float(touch) for touch in frame.touching.values()])
-            contacts.header.stamp = stamp
-            self._contacts.publish(contacts)
-        self._imu.publish(self._imu_message())
-        joints = JointState(name=[joint.name for joint in self._robot.body.joints],
-                            position=frame.joint_position_rad.tolist(),
-                            velocity=frame.joint_velocity_rad_s.tolist())
-        joints.header.stamp = stamp
-        self._joint_states.publish(joints)
+            self._contacts.publish(sim_messages.contacts(frame, stamp))
+        self._imu.publish(sim_messages.imu(frame, stamp, self._prefix))
+        self._joint_states.publish(sim_messages.joint_states(frame, body, stamp))
 
-    def _imu_message(self) -> Imu:
-        """What an ideal IMU at the base measures (REP-145); accelerations are not told."""
-        frame = self._robot.frame
-        message = Imu(orientation=_quaternion(frame.orientation_xyzw), angular_velocity=Vector3(
-            **_xyz(into_body(frame.orientation_xyzw, frame.angular_velocity_rad_s))))
-        message.header.frame_id = IMU_FRAME
-        message.header.stamp = to_stamp(self._robot.stamp_ns)
-        message.linear_acceleration_covariance[0] = -1.0
-        return message
-
-    def _odometry_message(self) -> Odometry:
-        """Pose in `odom`, velocity in the base's own frame, as Odometry asks for."""
-        frame = self._robot.frame
-        message = Odometry(child_frame_id=self._robot.body.links[0].name)
-        message.header.frame_id = 'odom'
-        message.header.stamp = to_stamp(self._robot.stamp_ns)
-        message.pose.pose.position = Point(**_xyz(frame.position_m))
-        message.pose.pose.orientation = _quaternion(frame.orientation_xyzw)
-        message.twist.twist.linear = Vector3(
-            **_xyz(into_body(frame.orientation_xyzw, frame.velocity_m_s)))
-        message.twist.twist.angular = Vector3(
-            **_xyz(into_body(frame.orientation_xyzw, frame.angular_velocity_rad_s)))
-        return message
+    def _now(self) -> Time:
+        """Return the simulated time."""
+        return to_stamp(self._robot.stamp_ns)
 
     def _statuses(self) -> Sequence[Status]:
         return [self._robot.targets_status(), self._clock_status()]
@@ -261,21 +244,16 @@ class SimNode(Node):
     def _clock_status(self) -> Status:
         """How time goes, and who else sends frames: a brain takes those of one body only."""
         status = self._robot.clock_status()
-        for publisher in (self._joint_states, self._odometry):
+        for publisher, todo in (
+                (self._joint_states, 'stop one of them'), (self._odometry, 'stop one of them'),
+                (self._clock_publisher, 'start one with -p clock_topic:=clock, and the nodes that '
+                 'use its time with -r /clock:=clock')):
             other = other_publisher(self, publisher.topic_name)
             if other:
                 return replace(status, level=Level.WARN, message=f'{status.message}; {other} '
-                               f'also publishes on {publisher.topic_name}: stop one of them')
+                               f'also publishes on {publisher.topic_name}: {todo}')
         return status
 
     def close(self) -> None:
         """Leave the physics server."""
         self._simulation.close()
-
-
-def _quaternion(orientation_xyzw: np.ndarray) -> Quaternion:
-    return Quaternion(**dict(zip('xyzw', map(float, orientation_xyzw), strict=True)))
-
-
-def _xyz(vector: np.ndarray) -> dict[str, float]:
-    return dict(zip('xyz', map(float, vector), strict=True))
