@@ -36,6 +36,7 @@ def setup(tmp_path):
     (tmp_path / 'requirements').mkdir()
     (tmp_path / 'requirements' / 'dev.txt').write_text('')
     shutil.copy(ROOT / 'scripts' / 'setup', tmp_path / 'scripts')
+    shutil.copy(ROOT / 'pyproject.toml', tmp_path)
     tools = tmp_path / 'tools'
     tools.mkdir()
     # No g++ and no apt-get among them.

@@ -8,7 +8,8 @@ import pytest
 import yaml
 
 SOURCES = Path(__file__).resolve().parents[2] / 'ros2_ws' / 'src'
-PACKAGES = {'w2b_controller': {'brain', 'console', 'say', 'vocabulary'}, 'w2b_sim': {'sim', 'urdf'}}
+PACKAGES = {'w2b_controller': {'brain', 'console', 'say', 'vocabulary', 'w2b'},
+            'w2b_sim': {'sim', 'urdf'}}
 
 
 @pytest.mark.parametrize('package', PACKAGES)

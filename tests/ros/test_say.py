@@ -32,7 +32,7 @@ def test_json_is_one_line_for_programs(walking):
     assert answer['level'] == 0
     assert answer['words'] == 'halt'
     assert answer['hardware_id'] == 'quadruped'
-    assert (answer['follows'], answer['body_state']) == ('false', 'PAUSED')
+    assert (answer['body_follows'], answer['body_state']) == ('false', 'PAUSED')
     refused = walking.say('--json', 'qwxzv')
     assert refused.exit_code == 1
     assert json.loads(refused.log)['level'] == 2
@@ -44,16 +44,16 @@ def test_a_word_that_walks_a_body_exits_with_0(walking):
     assert said.exit_code == 0, said.log
     assert said.log.startswith("following 'forward'\n")
     answer = json.loads(walking.say('--json', 'forward').log)
-    assert (answer['follows'], answer['body_state'], answer['why_not']) == ('true', 'RUNNING', '')
+    assert (answer['body_follows'], answer['body_state'], answer['why_not']) == ('true', 'RUNNING', '')
 
 
 def test_a_paused_sim_follows_nothing_until_it_goes_on_and_the_answer_says_both(walking):
     said = walking.say('forward')
     assert said.exit_code == 3
     assert 'no body follows: the body quadruped is PAUSED' in said.log
-    assert walking.last_answer()[2]['follows'] == 'false'
+    assert walking.last_answer()[2]['body_follows'] == 'false'
     walking.pause(False)
-    walking.wait(lambda: walking.last_answer()[2]['follows'] == 'true', 'the answer anew')
+    walking.wait(lambda: walking.last_answer()[2]['body_follows'] == 'true', 'the answer anew')
     assert walking.last_answer()[2]['received'] == '1'
 
 

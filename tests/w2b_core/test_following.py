@@ -77,7 +77,7 @@ def test_a_body_that_waits_for_a_person_does_not_follow(bench, state, needs_armi
     assert todo in following.reason
     answer = bench.brain.with_following(bench.brain.hear('forward'))
     assert 'no body follows: the body quadruped is' in answer.message
-    assert (answer.values['follows'], answer.values['body_state']) == ('false', state)
+    assert (answer.values['body_follows'], answer.values['body_state']) == ('false', state)
 
 
 def test_a_body_that_has_gone_follows_no_more_whatever_it_said_last(bench):
@@ -109,15 +109,15 @@ def test_a_body_with_other_joints_follows_nothing_though_it_runs():
 
 def test_a_change_is_told_once_and_only_of_the_last_command(bench):
     first = bench.brain.with_following(bench.brain.hear('forward'))
-    assert first.values['follows'] == 'pending'
+    assert first.values['body_follows'] == 'pending'
     assert bench.brain.news() is None
     bench.frames(1)
     bench.accept()
     told = bench.brain.news()
-    assert (told.received, told.values['follows']) == (first.received, 'true')
+    assert (told.received, told.values['body_follows']) == (first.received, 'true')
     assert bench.brain.news() is None
     bench.tell(state='PAUSED', follows=False)
-    assert bench.brain.news().values['follows'] == 'false'
+    assert bench.brain.news().values['body_follows'] == 'false'
     bench.brain.hear('qwxzv')
     bench.tell(state='RUNNING', follows=True)
     assert bench.brain.news() is None, 'the refusal is the last answer'
@@ -129,7 +129,7 @@ def test_the_answer_to_a_word_that_ended_says_that_nothing_follows(bench):
     bench.accept()
     bench.tell(epoch='def')
     stopped = bench.brain.stopped()
-    assert (stopped.level, stopped.values['follows']) == (Level.WARN, 'false')
+    assert (stopped.level, stopped.values['body_follows']) == (Level.WARN, 'false')
     assert 'since the last word' in stopped.values['why_not']
 
 

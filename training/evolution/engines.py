@@ -1,62 +1,22 @@
-"""The engines that training can evaluate in, by name; imported only when asked for."""
+"""The engines that training can evaluate in, by name, and how long they take."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from w2b_core import bodies
-from w2b_core.bodies.model import Body
 from w2b_core.network import Network
+from w2b_sim.engines import registry
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
-from w2b_sim.worlds import World
+from w2b_sim.engines.registry import PRECISIONS, make_evaluator
 
-ENGINES = ('batched', 'pybullet')
-PRECISIONS = ('float32', 'float64')
+__all__ = ['ENGINES', 'PRECISIONS', 'TimedEvaluator', 'make_evaluator']
 
-
-def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'float32',
-                   threads: int = 1, say: Callable[[str], None] | None = None) -> Evaluator:
-    """
-    Return an evaluator of `body` in `world`.
-
-    Parameters
-    ----------
-    name
-        `batched`: the servo-kinematic engine. `pybullet`: the reference, hundreds of times slower.
-    body, world
-        What moves, and where.
-    precision
-        `float32` or `float64`; PyBullet always computes in double precision.
-    threads
-        Threads of the batched engine, processes of PyBullet. The results do not depend on it.
-    say
-        Is told, once, that the batched engine is being compiled; None for its logger.
-
-    Raises
-    ------
-    ValueError
-        If there is no such engine or precision, or if the engine does not model the body.
-
-    """
-    if name not in ENGINES:
-        raise ValueError(f'engine: expected one of {", ".join(ENGINES)}, got {name!r}')
-    if precision not in PRECISIONS:
-        raise ValueError(f'precision: expected one of {", ".join(PRECISIONS)}, got {precision!r}')
-    if threads < 1:
-        raise ValueError(f'threads: expected at least 1, got {threads}')
-    if name == 'pybullet':
-        from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator
-
-        return PyBulletEvaluator(body, world, processes=threads)
-    from w2b_sim.engines.batched import BatchedEngine
-
-    batched: Evaluator = BatchedEngine(body, world, precision=precision, threads=threads,
-                                       say=say)
-    return batched
+ENGINES = registry.names()
 
 
 def refuse_unsupported(engine: str, body: str) -> None:

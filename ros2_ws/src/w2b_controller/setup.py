@@ -10,6 +10,7 @@ setup(
     name=package_name,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
+    package_data={package_name: ['py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),
@@ -28,6 +29,7 @@ setup(
             'console = w2b_controller.console:main',
             'say = w2b_controller.say:main',
             'vocabulary = w2b_core.vocabulary.command:main',
+            'w2b = w2b_controller.cli.main:main',
         ],
     },
 )

@@ -98,7 +98,7 @@ class Messenger:
             if not answered():
                 return _overtaken(answer, values_of(self._answer)['text'])
             answer = self._answer
-            if values_of(answer).get('follows') != 'pending':
+            if values_of(answer).get('body_follows') != 'pending':
                 break
             rclpy.spin_once(self._node, timeout_sec=0.05)
         return answer
@@ -123,7 +123,7 @@ def _overtaken(answer: DiagnosticStatus, text: str) -> DiagnosticStatus:
     for item in answer.values:
         if item.key == 'why_not':
             item.value = f'another command was heard since: {text!r}'
-        elif item.key == 'follows':
+        elif item.key == 'body_follows':
             item.value = 'false'
     return answer
 
@@ -132,7 +132,7 @@ def exit_code(answer: DiagnosticStatus, understood: bool) -> int:
     """Return what an answer is worth: FOLLOWED, REFUSED or NOT_FOLLOWED."""
     if answer.level[0] >= 2:
         return REFUSED
-    if understood or values_of(answer).get('follows') == 'true':
+    if understood or values_of(answer).get('body_follows') == 'true':
         return FOLLOWED
     return NOT_FOLLOWED
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from w2b_core import senses
 from w2b_core.body_status import BodyStatus
-from w2b_core.command import Answer, Listener
+from w2b_core.command import Answer, listener_of
 from w2b_core.controller.file import Controller
 from w2b_core.following import BodyWatch, Following, Follows
 from w2b_core.frame_stream import FrameStream, Verdict
@@ -77,7 +77,7 @@ class Brain:
     def __init__(self, controller: Controller, vocabulary: Vocabulary, *, frame_timeout_s: float,
                  clock: Callable[[], float], command_timeout_s: float = 0.0) -> None:
         self.controller = controller
-        self._ear = Listener(controller, vocabulary)
+        self._ear = listener_of(controller, vocabulary)
         self._clock = clock
         self._frame_timeout_s = frame_timeout_s
         self._command_timeout_s = command_timeout_s
@@ -133,7 +133,7 @@ class Brain:
         self._answer = answer
         if not answer.repeated:
             self._mind.hear(heard)
-            self._doing = f'following {answer.values["words"]!r}'
+            self._doing = f'following {answer.follows!r}'
             self._word_epoch, self._word_stamp_ns = epoch, None
         return answer
 

@@ -17,7 +17,7 @@ NO_BODY = ('no body is there: start one with `ros2 run w2b_sim sim` or `ros2 run
 
 
 class Follows(Enum):
-    """Whether a body follows; the values are those of `follows` in the answer to a command."""
+    """Whether a body follows; the values are those of `body_follows` in the answer to a command."""
 
     YES = 'true'
     PENDING = 'pending'
@@ -34,7 +34,7 @@ class Following:
 
     def to_values(self) -> dict[str, str]:
         """Return it as values of the answer to a command."""
-        return {'follows': self.follows.value, 'body_state': self.body_state,
+        return {'body_follows': self.follows.value, 'body_state': self.body_state,
                 'why_not': self.reason}
 
 

@@ -13,9 +13,10 @@ if TYPE_CHECKING:
     from w2b_sim.sim_node import SimNode
 
 ABOUT = """
-A simulated body in PyBullet: sends sensor frames (`joint_states`, `contacts`, `odom`, `/clock`) and
-takes joint targets (`joint_trajectory`). Services: `~/reset` (std_srvs/Trigger) puts the body back
-to its start, `~/pause` (std_srvs/SetBool) stops the clock.
+A simulated body in PyBullet (or, with `-p engine:=mujoco`, in MuJoCo): sends sensor frames
+(`joint_states`, `contacts`, `imu/data`, `odom`, `/clock`) and takes joint targets
+(`joint_trajectory`). Services: `~/reset` (std_srvs/Trigger) puts the body back to its start,
+`~/pause` (std_srvs/SetBool) stops the clock.
 """
 
 

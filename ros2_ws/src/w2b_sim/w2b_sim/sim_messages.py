@@ -35,14 +35,15 @@ def contacts(frame: Frame, stamp: Time) -> JointState:
 
 
 def imu(frame: Frame, stamp: Time, prefix: str) -> Imu:
-    """Return what an ideal IMU at the base measures (REP-145); accelerations are not told."""
-    message = Imu(orientation=_quaternion(frame.orientation_xyzw), angular_velocity=_vector(
-        into_body(frame.orientation_xyzw, frame.angular_velocity_rad_s)))
+    """Return what an IMU in the base shows, exactly (REP-145); its axes are the base's."""
+    message = Imu(orientation=_quaternion(frame.orientation_xyzw),
+                  angular_velocity=_vector(frame.imu.angular_velocity_rad_s),
+                  linear_acceleration=_vector(frame.imu.specific_force_m_s2))
     message.header.frame_id = prefix + IMU_FRAME
     message.header.stamp = stamp
-    message.orientation_covariance = _diagonal(3)
-    message.angular_velocity_covariance = _diagonal(3)
-    message.linear_acceleration_covariance[0] = -1.0
+    for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
+                       message.linear_acceleration_covariance):
+        covariance[:] = _diagonal(3)
     return message
 
 

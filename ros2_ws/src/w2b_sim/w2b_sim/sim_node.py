@@ -39,16 +39,14 @@ from w2b_ros.ros_messages import (
 )
 from w2b_ros.ros_process import StartError
 from w2b_sim import sim_messages
+from w2b_sim.engines import registry
 from w2b_sim.engines.interface import Start
-from w2b_sim.engines.pybullet_engine import PyBulletSimulation
 from w2b_sim.sim_logic import SimulatedRobot, reset_answer
 from w2b_sim.worlds import WORLDS
 
 #: In lockstep frames come faster than a busy listener reads: who records a run gets all of it.
 LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
                      reliability=ReliabilityPolicy.RELIABLE)
-
-#: At the base's origin, with its axes.
 
 #: What a seeded start may differ by from the nominal one.
 SPREAD_HEIGHT_M = 0.002
@@ -70,6 +68,8 @@ def _check_prefix(value: str) -> None:
 PARAMETERS = (
     Parameter('body', 'quadruped', 'Body to simulate.', when=When.START),
     Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.',
+              when=When.START),
+    Parameter('engine', registry.DEFAULT, 'What moves it: pybullet or mujoco.',
               when=When.START),
     Parameter('real_time_factor', 0.0, '0: lockstep, the body waits for the targets that answer '
               'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0),
@@ -149,13 +149,18 @@ class SimNode(Node):
             raise StartError(f'unknown world {name!r}: expected one of {", ".join(WORLDS)}')
         world = WORLDS[name]
         self._period_s = world.control_period_s
-        self._simulation = PyBulletSimulation(body, world)
+        engine = str(self.get_parameter('engine').value)
+        try:
+            self._simulation = registry.make_simulation(engine, body, world)
+        except ValueError as error:
+            raise StartError(str(error)) from error
         robot = SimulatedRobot(
             body, self._simulation, next_start=self._next_start, period_s=self._period_s,
             paced=self._number('real_time_factor') > 0.0,
             pause_after=self._integer('pause_after'), clock=time.monotonic)
         robot.pause(bool(self.get_parameter('paused').value) or robot.paused)
-        self.get_logger().info(f'{body.name} in the world {name}, {robot.clock_status().message}')
+        self.get_logger().info(f'{body.name} in the world {name}, moved by {engine}, '
+                               f'{robot.clock_status().message}')
         return robot
 
     def _next_start(self) -> Start:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from math import inf, pi
 
 Vector = tuple[float, float, float]
+Tensor = tuple[Vector, Vector, Vector]
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
 Z: Vector = (0.0, 0.0, 1.0)
@@ -40,25 +41,68 @@ class Sphere:
     radius_m: float
 
 
-Shape = Box | Capsule | Sphere
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder of `length_m` with flat ends, along `axis`."""
+
+    length_m: float
+    radius_m: float
+    axis: Vector
+
+
+Shape = Box | Capsule | Sphere | Cylinder
+
+
+@dataclass(frozen=True)
+class Placed:
+    """
+    A shape at its place in a link.
+
+    `centre_m` is the shape's centre in the link's frame, `rpy_rad` how the shape is turned there:
+    fixed-axis roll, pitch and yaw, as in URDF.
+    """
+
+    shape: Shape
+    centre_m: Vector = (0.0, 0.0, 0.0)
+    rpy_rad: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Link:
     """
-    A rigid link: one shape of uniform density, centred at `centre_m` in the link's frame.
+    A rigid link: its mass, and the shape or shapes that can touch the floor.
 
-    `inertia_axis`, for a capsule, is the axis of its smallest moment of inertia where that is not
-    the capsule's own. The original program hands its physics engine inertia tensors that are turned
-    into the world's frame already, and the engine turns them again: lying capsules come out with
-    the smallest moment about another axis. The bodies of the study have what it really simulated.
+    Attributes
+    ----------
+    shape
+        One shape, centred at the centre of mass, or any number of `Placed` ones.
+    centre_m
+        Centre of mass in the link's frame.
+    inertia_axis
+        For a single capsule, the axis of its smallest moment of inertia where that is not the
+        capsule's own. The original program hands its physics engine inertia tensors that are
+        turned into the world's frame already, and the engine turns them again: lying capsules come
+        out with the smallest moment about another axis. The bodies of the study have what it
+        really simulated.
+    inertia_kg_m2
+        Inertia tensor (3, 3) about the centre of mass, in the link's axes; None: of the shapes at
+        uniform density.
+
     """
 
     name: str
-    shape: Shape
+    shape: Shape | tuple[Placed, ...]
     mass_kg: float = 1.0
     centre_m: Vector = (0.0, 0.0, 0.0)
     inertia_axis: Vector | None = None
+    inertia_kg_m2: Tensor | None = None
+
+    @property
+    def shapes(self) -> tuple[Placed, ...]:
+        """All shapes, each at its place."""
+        if isinstance(self.shape, tuple):
+            return self.shape
+        return (Placed(self.shape, self.centre_m),)
 
 
 @dataclass(frozen=True)

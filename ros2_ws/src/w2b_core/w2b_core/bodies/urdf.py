@@ -8,7 +8,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from w2b_core.bodies.inertia import link_inertia
-from w2b_core.bodies.model import Body, Box, Capsule, Link, Shape, Vector
+from w2b_core.bodies.model import Body, Box, Capsule, Cylinder, Link, Placed, Shape, Vector
+from w2b_core.bodies.turning import from_rpy, to_rpy
 
 COLOURS = ((0.85, 0.45, 0.15, 1.0), (0.20, 0.45, 0.70, 1.0), (0.15, 0.20, 0.30, 1.0))
 
@@ -52,15 +53,26 @@ def _add_link(robot: ElementTree.Element, link: Link, depth: int, capsule_elemen
         'i' + 'xyz'[row] + 'xyz'[column]: _number(tensor[row, column])
         for row in range(3) for column in range(row, 3)})
     for kind in ('visual', 'collision'):
-        for tag, size, offset, rpy in _primitives(link.shape, capsule_element):
+        for tag, size, centre, rpy in (primitive for placed in link.shapes
+                                       for primitive in _placed(placed, capsule_element)):
             part = ElementTree.SubElement(element, kind)
-            centre = np.asarray(link.centre_m) + offset
             ElementTree.SubElement(part, 'origin', xyz=_numbers(centre), rpy=_numbers(rpy))
             geometry = ElementTree.SubElement(part, 'geometry')
             ElementTree.SubElement(geometry, tag, size)
             if kind == 'visual':
                 name = f'colour_{min(depth, len(COLOURS) - 1)}'
                 ElementTree.SubElement(part, 'material', name=name)
+
+
+def _placed(placed: Placed, capsule_element: bool
+            ) -> list[tuple[str, dict[str, str], np.ndarray, Vector]]:
+    """Return (element, its attributes, its centre (3,), roll-pitch-yaw) in the link's frame."""
+    centre, primitives = np.asarray(placed.centre_m), _primitives(placed.shape, capsule_element)
+    if not any(placed.rpy_rad):
+        return [(tag, size, centre + offset, rpy) for tag, size, offset, rpy in primitives]
+    turn = from_rpy(placed.rpy_rad)
+    return [(tag, size, centre + turn @ offset, to_rpy(turn @ from_rpy(rpy)))
+            for tag, size, offset, rpy in primitives]
 
 
 def _primitives(shape: Shape, capsule_element: bool
@@ -70,13 +82,14 @@ def _primitives(shape: Shape, capsule_element: bool
     if isinstance(shape, Box):
         return [('box', {'size': _numbers(shape.size_m)}, here, upright)]
     radius = {'radius': _number(shape.radius_m)}
-    if not isinstance(shape, Capsule):
+    if not isinstance(shape, Capsule | Cylinder):
         return [('sphere', radius, here, upright)]
     x, y, z = shape.axis
     along_z = (0.0, float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x)))
-    tag = 'capsule' if capsule_element else 'cylinder'
-    tube = (tag, {**radius, 'length': _number(shape.length_m)}, here, along_z)
-    if capsule_element:
+    smooth = capsule_element and isinstance(shape, Capsule)
+    tube = ('capsule' if smooth else 'cylinder',
+            {**radius, 'length': _number(shape.length_m)}, here, along_z)
+    if smooth or isinstance(shape, Cylinder):
         return [tube]
     end = np.asarray(shape.axis) * (shape.length_m / 2)
     return [tube, ('sphere', radius, end, upright), ('sphere', radius, -end, upright)]

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core.bodies.model import Body, Box, Capsule, Joint, Link
+from w2b_core.bodies.model import Body, Joint, Link
+from w2b_core.bodies.points import spheres
 from w2b_core.courses import course_of
 from w2b_core.senses import AXES, split
 
@@ -26,8 +27,13 @@ from w2b_core.senses import AXES, split
 MIRRORS = {'left_right': (1.0, -1.0, 1.0), 'fore_aft': (-1.0, 1.0, 1.0)}
 #: Places and sizes that differ by less are the same.
 TOLERANCE_M = 1e-3
+#: A centre of mass may lie off its mirrored place by so much: a battery is where it fits.
+CENTRE_TOLERANCE_M = 0.02
 #: Masses of two links that mirror each other may differ by this share of the heavier.
 MASS_TOLERANCE = 0.2
+
+#: Centres (3,) and radii.
+Spheres = Sequence[tuple[NDArray[np.float64], float]]
 
 
 class NotSymmetricError(ValueError):
@@ -222,21 +228,14 @@ def _servo_differs(joint: Joint, other: Joint, sign: float) -> str | None:
 def _expect_same(body: Body, name: str, link: Link, other: Link, factors: NDArray[np.float64],
                  origins: dict[str, NDArray[np.float64]]) -> None:
     """Raise NotSymmetricError unless `other` has the mirrored shape and about the mass."""
-    def centre(of: Link) -> NDArray[np.float64]:
-        place: NDArray[np.float64] = origins[of.name] + np.asarray(of.centre_m)
-        return place
+    def placed(of: Link) -> Spheres:
+        centre = origins[of.name] + np.asarray(of.centre_m)
+        return [(centre + place, radius) for place, radius in spheres(of)]
 
-    same = type(link.shape) is type(other.shape) and np.abs(
-        centre(other) - factors * centre(link)).max() <= TOLERANCE_M
-    if same and isinstance(link.shape, Box) and isinstance(other.shape, Box):
-        same = np.allclose(link.shape.size_m, other.shape.size_m, atol=TOLERANCE_M)
-    elif same and isinstance(link.shape, Capsule) and isinstance(other.shape, Capsule):
-        axis = factors * np.asarray(link.shape.axis)
-        turned = np.linalg.norm(np.cross(axis, np.asarray(other.shape.axis)))
-        same = (turned < 1e-6 and abs(link.shape.length_m - other.shape.length_m) <= TOLERANCE_M
-                and abs(link.shape.radius_m - other.shape.radius_m) <= TOLERANCE_M)
-    elif same and not isinstance(link.shape, Box | Capsule):
-        same = abs(link.shape.radius_m - other.shape.radius_m) <= TOLERANCE_M  # type: ignore[union-attr]
+    centres = [origins[of.name] + np.asarray(of.centre_m) for of in (link, other)]
+    same = (np.abs(centres[1] - factors * centres[0]).max() <= CENTRE_TOLERANCE_M
+            and _same_spheres([(factors * place, radius) for place, radius in placed(link)],
+                              placed(other)))
     if not same:
         raise NotSymmetricError(f'{body.name} has no mirror {name}: expected link {other.name} '
                                 f'to be the image of {link.name}, its shape or place differs')
@@ -245,6 +244,16 @@ def _expect_same(body: Body, name: str, link: Link, other: Link, factors: NDArra
         raise NotSymmetricError(
             f'{body.name} has no mirror {name}: links {link.name} and {other.name} weigh '
             f'{link.mass_kg} and {other.mass_kg} kg, more than {MASS_TOLERANCE:.0%} apart')
+
+
+def _same_spheres(images: Spheres, others: Spheres) -> bool:
+    """Return whether each sphere lies where one of the others does."""
+    def near(place: NDArray[np.float64], radius: float, among: Spheres) -> bool:
+        return any(np.abs(place - there).max() <= TOLERANCE_M
+                   and abs(radius - size) <= TOLERANCE_M for there, size in among)
+    return len(images) == len(others) and all(
+        near(place, radius, others) for place, radius in images) and all(
+        near(place, radius, images) for place, radius in others)
 
 
 def _positions(what: str, names: Sequence[str], images: Sequence[tuple[str, float]],

@@ -151,6 +151,14 @@ class Vocabulary:
         return self._known(found[0])
 
     def _known(self, token: str) -> str:
+        found = self.find(token)
+        if found is None:
+            lower = spellings(token)[0]
+            raise UnknownWordError(lower, self.suggestions(lower), self.source)
+        return found
+
+    def find(self, token: str) -> str | None:
+        """Return one word without punctuation as the vocabulary spells it, None if unknown."""
         candidates = spellings(token)
         for candidate in candidates:
             if candidate in self._index:
@@ -158,8 +166,7 @@ class Vocabulary:
         for candidate in candidates:  # 'McDonald', or Unicode's other forms of the same letters
             if candidate in self._folded:
                 return self._folded[candidate]
-        lower = candidates[0]
-        raise UnknownWordError(lower, self.suggestions(lower), self.source)
+        return None
 
     @cached_property
     def _folded(self) -> dict[str, str]:

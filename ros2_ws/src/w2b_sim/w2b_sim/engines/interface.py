@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from w2b_core.network import Network
 from w2b_core.outcome import Outcome
+from w2b_sim.engines.inertial import Inertial
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,8 @@ class Frame:
 
     `joint_position_rad` and `joint_velocity_rad_s` (M,) in motor order; `touching` maps the links
     that carry a touch sensor to whether they touch the floor; the base's pose and velocity are in
-    the world frame, the quaternion is x, y, z, w.
+    the world frame, the quaternion is x, y, z, w. `imu` is what an IMU in the base feels, and
+    `joint_torque_nm` (M,) the mean of the absolute torque of each servo since the last frame.
     """
 
     joint_position_rad: Array
@@ -42,6 +44,8 @@ class Frame:
     orientation_xyzw: Array
     velocity_m_s: Array
     angular_velocity_rad_s: Array
+    imu: Inertial = field(default_factory=lambda: Inertial(np.array([0.0, 0.0, 9.81]), np.zeros(3)))
+    joint_torque_nm: Array = field(default_factory=lambda: np.zeros(0))
 
 
 class Simulation(Protocol):
@@ -55,6 +59,12 @@ class Simulation(Protocol):
 
     def step(self, targets_rad: Array) -> None:
         """Drive the joints towards `targets_rad` (M,) for one control period."""
+
+    def advance(self, targets_rad: Array, physics_steps: int) -> None:
+        """Drive the joints towards `targets_rad` (M,) for so many of the world's physics steps."""
+
+    def close(self) -> None:
+        """Release what the engine holds; the simulation cannot be used any more."""
 
 
 #: What an engine returns.

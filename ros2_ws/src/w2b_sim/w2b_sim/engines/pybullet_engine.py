@@ -9,6 +9,7 @@ Dantzig solver agrees as well at 50 ms and throws one robot in three hundreds of
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from math import ceil
 from pathlib import Path
 
@@ -17,11 +18,15 @@ from numpy.typing import NDArray
 
 from w2b_core.bodies.model import Body
 from w2b_core.bodies.urdf import to_urdf
+from w2b_sim.engines import inertial
+from w2b_sim.engines.inertial import BaseMotion
 from w2b_sim.engines.interface import Frame, Start
 from w2b_sim.engines.quiet_pybullet import pybullet
+from w2b_sim.engines.servo import Servos
 from w2b_sim.worlds import World
 
 Array = NDArray[np.float64]
+Vector = Sequence[float]
 
 #: Coulomb's coefficient where the world asks for unbounded friction.
 FRICTION_FOR_UNBOUNDED = 2.0
@@ -41,11 +46,9 @@ class PyBulletSimulation:
         self._here = {'physicsClientId': self._server}
         self._touch_links = tuple(sensor.removeprefix('touch:') for sensor in body.sensors
                                   if sensor.startswith('touch:'))
-        servos = [joint.servo for joint in body.joints]
-        self._gain = np.array([servo.gain_per_s for servo in servos])
-        self._speed_up = np.array([servo.max_speed_up_rad_s for servo in servos])
-        self._speed_down = np.array([servo.max_speed_down_rad_s for servo in servos])
-        self._torques = [servo.max_torque_nm for servo in servos]
+        self._servos = Servos(body.joints)
+        self._torques = self._servos.max_torque_nm.tolist()
+        self._window_steps = max(1, round(inertial.WINDOW_S / world.physics_step_s))
         self.reset(start or Start())
 
     @property
@@ -70,6 +73,10 @@ class PyBulletSimulation:
         pybullet.resetSimulation(**here)
         pybullet.setGravity(0.0, 0.0, world.gravity_m_s2, **here)
         substeps = ceil(world.physics_step_s / LONGEST_SOLVER_STEP_S - 1e-9)
+        # PyBullet divides the last solver step's impulse by the whole physics step. So does its
+        # torque limit: with n solver steps servos are n times as strong as they say. In `paper`,
+        # where that is so, they hardly ever saturate.
+        self._torque_scale = float(substeps)
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=world.physics_step_s, numSubSteps=substeps if substeps > 1 else 0,
             deterministicOverlappingPairs=1, **here)
@@ -86,6 +93,9 @@ class PyBulletSimulation:
                                     jointDamping=0.0, **here)
         self._joints = [links[joint.child] for joint in self.body.joints]
         self._touching = [(name, links[name]) for name in self._touch_links]
+        self._frame_from_inertial = self._inertial_offset()
+        self._torque_nm = np.zeros(len(self._joints))
+        self._imu = inertial.at_rest(self._motion().turn, world.gravity_m_s2)
 
     def _load(self, start: Start) -> int:
         height = self.body.height_m + start.height_m
@@ -104,30 +114,75 @@ class PyBulletSimulation:
             numbers[info[12].decode()] = number
         return numbers
 
-    def _joint_states(self) -> tuple[Array, Array]:
-        states = pybullet.getJointStates(self._robot, self._joints, **self._here)
-        return (np.array([state[0] for state in states]), np.array([state[1] for state in states]))
+    def _inertial_offset(self) -> tuple[Vector, Vector] | None:
+        """
+        Return the place and turn of the base's frame in what PyBullet reports, None if the same.
+
+        PyBullet reports the axes of the principal moments of inertia.
+        """
+        place, turn = pybullet.getDynamicsInfo(self._robot, -1, **self._here)[3:5]
+        if not any(place) and turn[3] == 1.0:
+            return None
+        back: tuple[Vector, Vector] = pybullet.invertTransform(place, turn)
+        return back
+
+    def _pose(self) -> tuple[Vector, Vector]:
+        """Return place and quaternion x, y, z, w of the base's frame in the world."""
+        pose: tuple[Vector, Vector] = pybullet.getBasePositionAndOrientation(
+            self._robot, **self._here)
+        if self._frame_from_inertial is not None:
+            pose = pybullet.multiplyTransforms(*pose, *self._frame_from_inertial)
+        return pose
+
+    def _velocity(self) -> tuple[Array, Array]:
+        """Return the velocity of the base's origin, and the angular velocity; world frame."""
+        velocity, angular = (np.array(part) for part in pybullet.getBaseVelocity(
+            self._robot, **self._here))
+        if self._frame_from_inertial is not None:
+            centre, _turn = pybullet.getBasePositionAndOrientation(self._robot, **self._here)
+            velocity += np.cross(angular, np.array(self._pose()[0]) - centre)
+        return velocity, angular
+
+    def _motion(self) -> BaseMotion:
+        return BaseMotion(inertial.matrix(np.array(self._pose()[1])), self._velocity()[0])
 
     def observe(self) -> Frame:
         """Return what the sensors and an outside observer see now."""
-        position, orientation = pybullet.getBasePositionAndOrientation(self._robot, **self._here)
-        velocity, angular = pybullet.getBaseVelocity(self._robot, **self._here)
-        angles, speeds = self._joint_states()
+        position, orientation = self._pose()
+        velocity, angular = self._velocity()
+        states = pybullet.getJointStates(self._robot, self._joints, **self._here)
         touching = {
             name: bool(pybullet.getClosestPoints(
                 self._robot, self._floor, TOUCH_THRESHOLD_M, linkIndexA=number,
                 **self._here))
             for name, number in self._touching}
-        return Frame(angles, speeds, touching, np.array(position), np.array(orientation),
-                     np.array(velocity), np.array(angular))
+        return Frame(np.array([state[0] for state in states]),
+                     np.array([state[1] for state in states]), touching, np.array(position),
+                     np.array(orientation), velocity, angular, self._imu, self._torque_nm)
 
     def step(self, targets_rad: Array) -> None:
         """Drive the joints towards `targets_rad` (M,) for one control period."""
-        for _ in range(self.world.physics_steps):
-            angles, _speeds = self._joint_states()
-            speeds = np.clip(self._gain * (targets_rad - angles), -self._speed_down,
-                             self._speed_up)
+        self.advance(targets_rad, self.world.physics_steps)
+
+    def advance(self, targets_rad: Array, physics_steps: int) -> None:
+        """Drive the joints towards `targets_rad` (M,) for so many physics steps."""
+        torque = np.zeros(len(self._joints))
+        window = min(self._window_steps, physics_steps)
+        before = self._motion()
+        for number in range(physics_steps):
+            states = pybullet.getJointStates(self._robot, self._joints, **self._here)
+            angles = np.array([state[0] for state in states])
+            if number:
+                torque += np.abs([state[3] for state in states])
+            if number == physics_steps - window:
+                before = self._motion()
+            speeds = self._servos.speeds_rad_s(targets_rad, angles)
             pybullet.setJointMotorControlArray(
                 self._robot, self._joints, pybullet.VELOCITY_CONTROL,
                 targetVelocities=speeds, forces=self._torques, **self._here)
             pybullet.stepSimulation(**self._here)
+        states = pybullet.getJointStates(self._robot, self._joints, **self._here)
+        torque += np.abs([state[3] for state in states])
+        self._torque_nm = torque * (self._torque_scale / physics_steps)
+        self._imu = inertial.between(before, self._motion(), window * self.world.physics_step_s,
+                                     self.world.gravity_m_s2)

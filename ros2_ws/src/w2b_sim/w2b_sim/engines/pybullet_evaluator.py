@@ -1,111 +1,14 @@
-"""Batched evaluation in PyBullet: one robot after the other, in one process or several."""
+"""Evaluation in PyBullet, the reference engine."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from itertools import product
-from multiprocessing import connection, get_context, parent_process
-from threading import Thread
-
-import numpy as np
-from numpy.typing import NDArray
-
 from w2b_core.bodies.model import Body
-from w2b_core.network import Network
-from w2b_sim.engines.interface import Evaluation, Start
-from w2b_sim.engines.pybullet_engine import PyBulletSimulation
-from w2b_sim.rollout import rollout
+from w2b_sim.engines.stepwise_evaluator import StepwiseEvaluator
 from w2b_sim.worlds import World
 
-Array = NDArray[np.float64]
-Task = tuple[Array, Array, Array, Array, Start]
-Outcome = tuple[Array, float, float, Array]
 
-_worker: PyBulletSimulation | None = None
-
-
-class PyBulletEvaluator:
-    """
-    Evaluates controllers in PyBullet, in the order of the batch, one world a process.
-
-    Use as a context manager, or call `close`. A controller with weights that are not finite, and
-    one under which the simulation fails, has NaN for its outcome.
-    """
+class PyBulletEvaluator(StepwiseEvaluator):
+    """`StepwiseEvaluator` in PyBullet."""
 
     def __init__(self, body: Body, world: World, processes: int = 1) -> None:
-        self.body = body
-        self.world = world
-        self._pool = None if processes <= 1 else ProcessPoolExecutor(
-            processes, get_context('spawn'), _start_worker, (body, world))
-        self._simulation = PyBulletSimulation(body, world) if processes <= 1 else None
-
-    def __enter__(self) -> PyBulletEvaluator:
-        return self
-
-    def __exit__(self, *_exception: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the processes."""
-        if self._pool is not None:
-            self._pool.shutdown(cancel_futures=True)
-        if self._simulation is not None:
-            self._simulation.close()
-
-    def evaluate(self, network: Network, signals: Array, starts: Sequence[Start]) -> Evaluation:
-        """Return the outcome of `network` (C controllers) under `signals` (W, T) or (C, W, T)."""
-        hidden, motor = network.hidden_weights, network.motor_weights
-        if hidden.ndim != 3:
-            raise ValueError(f'network: expected a batch (C, H, K) of controllers, '
-                             f'got hidden weights of shape {hidden.shape}')
-        signals = np.asarray(signals, dtype=np.float64)
-        signals = np.broadcast_to(signals, (len(hidden), *signals.shape[-2:]))
-        shape = (len(hidden), signals.shape[1], len(starts))
-        tasks = [(hidden[c], motor[c], network.motor_time_constants, signals[c, w], starts[k])
-                 for c, w, k in product(*map(range, shape))]
-        outcomes = list(self._run(tasks))
-
-        def gather(index: int) -> Array:
-            values = np.array([outcome[index] for outcome in outcomes])
-            return values.reshape(*shape, *values.shape[1:])
-        return Evaluation(gather(0), gather(1), gather(2), gather(3))
-
-    def _run(self, tasks: list[Task]) -> Iterator[Outcome]:
-        if self._pool is not None:
-            return self._pool.map(_evaluate_in_worker, tasks, chunksize=4)
-        assert self._simulation is not None
-        simulation = self._simulation
-        return (_evaluate(simulation, task) for task in tasks)
-
-
-def _start_worker(body: Body, world: World) -> None:
-    global _worker
-    Thread(target=_die_with_parent, daemon=True).start()
-    _worker = PyBulletSimulation(body, world)
-
-
-def _die_with_parent() -> None:
-    """End this process when the one that started it is gone: a SIGKILL there tells nobody."""
-    parent = parent_process()
-    assert parent is not None
-    connection.wait([parent.sentinel])
-    os._exit(1)
-
-
-def _evaluate_in_worker(task: Task) -> Outcome:
-    assert _worker is not None
-    return _evaluate(_worker, task)
-
-
-def _evaluate(simulation: PyBulletSimulation, task: Task) -> Outcome:
-    hidden, motor, time_constants, signal, start = task
-    touch_count = sum(sensor.startswith('touch:') for sensor in simulation.body.sensors)
-    if not all(np.isfinite(values).all() for values in (hidden, motor, signal)):
-        return np.full(3, np.nan), np.nan, np.nan, np.full(touch_count, np.nan)
-    simulation.reset(start)
-    log = rollout(simulation, simulation.body, Network(hidden, motor, time_constants), signal,
-                  simulation.world.steps)
-    touch = log.touching.mean(axis=0) if touch_count else np.zeros(0)
-    return log.position_m[-1], log.path_length_m, log.largest_step_m, touch
+        super().__init__('pybullet', body, world, processes)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from math import hypot, isfinite
 
-from w2b_core.bodies.model import Body, Box, Capsule, Joint, Link, Servo, Shape, Sphere
+from w2b_core.bodies.model import Body, Box, Capsule, Cylinder, Joint, Link, Servo, Shape, Sphere
 from w2b_core.senses import AXES
 
 #: Kinds of sensors, as the kernels number them; those from the fourth on are a leaky network's.
@@ -37,9 +37,12 @@ def refuse_what_is_not_modelled(body: Body, kinds: Mapping[str, int] = SENSOR_KI
     if len(set(names)) != len(names):
         refuse('links of the same name')
     for link in body.links:
-        if not isinstance(link.shape, Box | Capsule | Sphere):
-            refuse(f'the shape {type(link.shape).__name__} of link {link.name}: '
-                   'expected Box, Capsule or Sphere')
+        if not link.shapes:
+            refuse(f'link {link.name} without a shape')
+        for part in link.shapes:
+            if not isinstance(part.shape, Box | Capsule | Cylinder | Sphere):
+                refuse(f'the shape {type(part.shape).__name__} of link {link.name}: '
+                       'expected Box, Capsule, Cylinder or Sphere')
         if not link.mass_kg > 0:
             refuse(f'link {link.name} without mass: got {link.mass_kg} kg')
     for joint in body.joints:
@@ -56,6 +59,9 @@ def refuse_what_is_not_modelled(body: Body, kinds: Mapping[str, int] = SENSOR_KI
         placed.add(joint.child)
     if loose := set(names) - placed:
         refuse(f'links that no joint holds: {", ".join(sorted(loose))}')
+    if any(body.links[0].centre_m[:2]):
+        refuse(f'a base whose centre of mass is not above or below its frame: put the frame of '
+               f'{names[0]} there')
     for what, value, allowed in _quantities(body):
         if not allowed(value):
             refuse(f'{what} of {value}')
@@ -99,8 +105,14 @@ def _of_link(link: Link) -> Iterator[tuple[str, float, Callable[[float], bool]]]
     yield f'a mass of link {link.name}', link.mass_kg, _positive
     for value in (*link.centre_m, *(link.inertia_axis or ())):
         yield f'a centre or axis of link {link.name}', value, isfinite
-    for value, allowed in _sizes(link.shape):
-        yield f'a size of link {link.name}', value, allowed
+    for placed in link.shapes:
+        for value in (*placed.centre_m, *placed.rpy_rad):
+            yield f'a place of a shape of link {link.name}', value, isfinite
+        for value, allowed in _sizes(placed.shape):
+            yield f'a size of link {link.name}', value, allowed
+    for row in link.inertia_kg_m2 or ():
+        for value in row:
+            yield f'an inertia of link {link.name}', value, isfinite
 
 
 def _sizes(shape: Shape) -> Iterator[tuple[float, Callable[[float], bool]]]:
@@ -108,8 +120,8 @@ def _sizes(shape: Shape) -> Iterator[tuple[float, Callable[[float], bool]]]:
         yield from ((edge_m, _positive) for edge_m in shape.size_m)
         return
     yield shape.radius_m, _positive
-    if isinstance(shape, Capsule):
-        yield shape.length_m, _at_least_0
+    if isinstance(shape, Capsule | Cylinder):
+        yield shape.length_m, _at_least_0 if isinstance(shape, Capsule) else _positive
         yield hypot(*shape.axis), _positive
 
 

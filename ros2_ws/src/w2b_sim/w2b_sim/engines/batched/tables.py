@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from w2b_core.bodies.inertia import link_inertia
-from w2b_core.bodies.model import Body, Box, Capsule, Joint, Link
+from w2b_core.bodies.model import Body, Joint, Link
+from w2b_core.bodies.points import spheres
 from w2b_core.senses import AXES
 from w2b_sim.engines.batched.supported import (
     LEAKY_SENSES,
@@ -257,16 +258,7 @@ def _contacts(links: Sequence[Link], touch_links: tuple[str, ...]
     found: list[tuple[int, NDArray[np.float64], float, int]] = []
     for k, link in enumerate(links):
         touch = touch_links.index(link.name) if link.name in touch_links else -1
-        shape = link.shape
-        if isinstance(shape, Box):
-            half = np.asarray(shape.size_m) / 2
-            found += [(k, half * [1 if corner & bit else -1 for bit in (1, 2, 4)], 0.0, touch)
-                      for corner in range(8)]
-        elif isinstance(shape, Capsule):
-            end = _unit(shape.axis) * (shape.length_m / 2)
-            found += [(k, -end, shape.radius_m, touch), (k, end, shape.radius_m, touch)]
-        else:
-            found.append((k, np.zeros(3), shape.radius_m, touch))
+        found += [(k, offset, radius, touch) for offset, radius in spheres(link)]
     link_numbers, offsets, radii, touches = zip(*found, strict=True)
     numbers, radius = np.array(link_numbers), np.array(radii, dtype=np.float64)
     reach = np.linalg.norm(offsets, axis=1) + radius

@@ -1,0 +1,34 @@
+"""The servo law, one for all engines that move a body step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from w2b_core.bodies.model import Joint
+
+Array = NDArray[np.float64]
+
+
+class Servos:
+    """
+    The servos of M joints, see `w2b_core.bodies.model.Servo`.
+
+    In every physics step an engine asks for the velocity that each servo steers for, and holds the
+    joint at it with a motor constraint of at most `max_torque_nm` (M,).
+    """
+
+    def __init__(self, joints: Sequence[Joint]) -> None:
+        servos = [joint.servo for joint in joints]
+        self.max_torque_nm = np.array([servo.max_torque_nm for servo in servos])
+        self._gain = np.array([servo.gain_per_s for servo in servos])
+        self._speed_up = np.array([servo.max_speed_up_rad_s for servo in servos])
+        self._speed_down = np.array([servo.max_speed_down_rad_s for servo in servos])
+
+    def speeds_rad_s(self, targets_rad: Array, angles_rad: Array) -> Array:
+        """Return the velocities (M,) that servos at `angles_rad` steer for."""
+        speeds: Array = np.clip(self._gain * (targets_rad - angles_rad), -self._speed_down,
+                                self._speed_up)
+        return speeds

@@ -1,0 +1,1 @@
+"""Training of commanded leaky networks: a recipe in, legs out."""

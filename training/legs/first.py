@@ -1,0 +1,66 @@
+"""The first genomes: an oscillator, entries of the recipe, and random numbers elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from training.legs.recipe import Entry, Recipe
+from w2b_core import bodies
+from w2b_core.network.sharing import LOGISTIC, Sharing
+from w2b_core.network.symmetry import limbs_of
+
+Array = NDArray[np.float64]
+
+
+def first_genomes(recipe: Recipe, sharing: Sharing, rng: np.random.Generator, period_s: float
+                  ) -> Array:
+    """Return the recipe's number of first genomes (N, G)."""
+    part = recipe.first
+    genomes = np.zeros((part.tries, sharing.size))
+    spread = part.spread.model_dump()
+    for name, shared in sharing.blocks.items():
+        free = rng.normal(scale=spread[name], size=(part.tries, shared.count))
+        sharing.part(genomes, name)[:] = free + (part.leak if name in LOGISTIC else 0.0)
+    _oscillate(recipe, sharing, genomes, period_s)
+    limb = limbs_of(bodies.get(recipe.body))[0]
+    # What belongs to one swing keeps its phase together within a genome.
+    shift = rng.uniform(-np.pi, np.pi, part.tries)
+    for entry in part.entries:
+        _enter(entry, sharing, genomes, limb, rng, shift)
+    return genomes
+
+
+def _oscillate(recipe: Recipe, sharing: Sharing, genomes: Array, period_s: float) -> None:
+    """Make the first two neurons turn at the recipe's rhythm, and deaf to all others."""
+    angle = 2 * np.pi * recipe.first.rhythm_hz * period_s
+    turn = recipe.first.gain * np.array([[np.cos(angle), -np.sin(angle)],
+                                         [np.sin(angle), np.cos(angle)]])
+    for row in range(sharing.hidden.oscillating):
+        for block in ('hidden', 'command', 'senses'):
+            shared = sharing.blocks[block]
+            for column in range(shared.index.shape[1]):
+                if shared.index[row, column] >= 0:
+                    inside = block == 'hidden' and row < 2 and column < 2
+                    sharing.put(genomes, block, row, column, turn[row, column] if inside else 0.0)
+
+
+def _enter(entry: Entry, sharing: Sharing, genomes: Array, limb: tuple[int, ...],
+           rng: np.random.Generator, shift: Array) -> None:
+    value = rng.uniform(*entry.between, len(genomes))
+    hidden = sharing.hidden
+    if entry.limb is not None:
+        row, blocks = hidden.of(0, entry.limb), ('hidden', 'command', 'senses')
+    else:
+        assert entry.joint is not None
+        row, blocks = limb[entry.joint], ('motor', 'motor_command', 'motor_senses')
+    if entry.phase_rad is not None:
+        phase = shift + rng.uniform(*entry.phase_rad, len(genomes))
+        sharing.put(genomes, blocks[0], row, 0, value * np.cos(phase))
+        sharing.put(genomes, blocks[0], row, 1, value * np.sin(phase))
+    elif entry.neuron is not None:
+        sharing.put(genomes, blocks[0], row, hidden.of(0, entry.neuron), value)
+    elif entry.sense is not None:
+        sharing.put(genomes, blocks[2], row, sharing.senses.index(entry.sense), value)
+    for behaviour in entry.behaviours:
+        sharing.put(genomes, blocks[1], row, sharing.behaviours.index(behaviour), value)
