@@ -44,7 +44,8 @@ def test_a_word_that_walks_a_body_exits_with_0(walking):
     assert said.exit_code == 0, said.log
     assert said.log.startswith("following 'forward'\n")
     answer = json.loads(walking.say('--json', 'forward').log)
-    assert (answer['body_follows'], answer['body_state'], answer['why_not']) == ('true', 'RUNNING', '')
+    assert (answer['body_follows'], answer['body_state'], answer['why_not']) == (
+        'true', 'RUNNING', '')
 
 
 def test_a_paused_sim_follows_nothing_until_it_goes_on_and_the_answer_says_both(walking):

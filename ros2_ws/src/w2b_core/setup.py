@@ -15,6 +15,7 @@ setup(
         (f'share/{package_name}', ['package.xml', 'LICENSE']),
     ],
     install_requires=['setuptools', 'numpy', 'PyYAML'],
+    extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',
     maintainer_email='w2b@users.noreply.github.com',
