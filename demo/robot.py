@@ -17,6 +17,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from demo.ros_session import RosSession
+from w2b_core.senses import heading_of
 from w2b_ros.ros_messages import stamp_ns
 from w2b_sim.sim_logic import first_stamp_ns
 
@@ -34,6 +35,11 @@ class Motion:
     def positions_m(self) -> np.ndarray:
         """Positions (T, 3) of the base, in time."""
         return np.array([self.poses[stamp][0] for stamp in sorted(self.poses)])
+
+    @property
+    def headings_rad(self) -> np.ndarray:
+        """Directions (T,) of the base's x axis about the vertical, in time."""
+        return np.array([heading_of(self.poses[stamp][1]) for stamp in sorted(self.poses)])
 
     @property
     def displacement_m(self) -> np.ndarray:

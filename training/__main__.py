@@ -4,7 +4,7 @@
 `--plugin FILE.py`, with any command, adds the bodies and behaviours that the file registers.
 
 Each command is a module with `add_arguments(parser)` and `main(args) -> exit code`, imported only
-when its command is given.
+when its command is given. A command may have two words.
 """
 
 from __future__ import annotations
@@ -26,7 +26,16 @@ COMMANDS = {
     'legs': ('training.legs.command', 'train legs that are commanded, by a recipe'),
     'rest': ('training.robust.rest', 'under how many of all words a controller rests'),
     'ear': ('training.grounding.ear', 'train an ear: a lexicon in, an ear out'),
+    'judge': ('training.judge.command',
+              'what a controller does in an independent engine, under disturbances'),
+    'grounding': ('training.grounding.benchmark',
+                  'judge hearing on a lexicon: unseen words, refusal, phrases, rivals'),
     'study': ('training.study.command', 'the whole study of the paper, or a part of it'),
+    'study export': ('training.study.commands.export', "a study's finished runs in one file"),
+    'study import': ('training.study.commands.import_', 'take up runs from such a file'),
+    'study status': ('training.study.commands.status', 'how far a study is, and when it ends'),
+    'study pause': ('training.study.commands.pause', 'free the processors, lose nothing'),
+    'study resume': ('training.study.commands.resume', 'let a paused study go on'),
     'report': ('training.report.command', "a study's tables and figures as one HTML file"),
     'robustness': ('training.study.robustness', "re-score a study's champions elsewhere"),
     'fidelity': ('training.measure.fidelity', 'how closely the engines repeat recorded traces'),
@@ -57,6 +66,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         prog='python -m training', description=__doc__.partition('\n\nEach')[0].strip('\n'),
         formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
+    if ' '.join(arguments[:2]) in COMMANDS:
+        arguments[:2] = [' '.join(arguments[:2])]
     chosen = next((word for word in arguments if not word.startswith('-')), None)
     for name, (module, purpose) in COMMANDS.items():
         command = commands.add_parser(name, help=purpose, description=purpose)

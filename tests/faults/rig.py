@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from w2b_hw.calibration import nominal
+from w2b_hw.calibration import Calibration, nominal
 from w2b_hw.emulation.faults import FaultyTransport
 from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.imu import registry
@@ -38,14 +38,16 @@ class Rig:
     `answer` makes the brain's message of a frame's stamp: names, points, stamp; None for silence.
     """
 
-    def __init__(self, folder: Path, imu: str = 'lsm6dsox') -> None:
+    def __init__(self, folder: Path, imu: str = 'lsm6dsox', found: Calibration | None = None,
+                 allow_uncalibrated: bool = False) -> None:
         self.now_s = 1000.0
-        self.calibration = nominal()
+        self.calibration = found or nominal()
         self.chips = EmulatedRobot(imu, clock=lambda: self.now_s)
         self.wire = FaultyTransport(self.chips.wire)
         self.supply = _supply(folder)
         bus = FrameBudget(self.wire)
-        self.robot = Robot(bus, self.calibration, Power(folder))
+        self.robot = Robot(bus, self.calibration, Power(folder),
+                           allow_uncalibrated=allow_uncalibrated)
         self.robot.connect()
         self.robot.attach_imu(registry.find(bus))
         self.now_s += FRAME_S

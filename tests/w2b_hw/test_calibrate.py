@@ -27,7 +27,7 @@ class Bench:
         self.wire = FaultyTransport(self.robot.wire)
         bank = ServoBank(self.wire, range(16))
         bank.connect()
-        self.session = Session(bank, nominal())
+        self.session = Session(bank, nominal(calibrated=False))
 
     def press(self, keys):
         for key in keys:
@@ -71,19 +71,70 @@ def test_no_key_leads_beyond_what_servos_take(bench):
 
 def test_zero_mark_and_range_make_the_servo_of_the_file(bench):
     bench.press('e' + '>' * 2 + 'z')            # zero at 1540
-    bench.press('<' * 25 + 'm')                 # +45 degrees at 1040: shorter is positive
+    bench.press('<' * 25 + 'm')                 # +30 degrees at 1040: shorter is positive
     bench.press('<' * 5 + 'l' + '>' * 50 + 'u')  # range 940..1940
     servo = bench.session.finished().servos[0]
     assert (servo.zero_us, servo.direction) == (1540, -1)
-    assert servo.us_per_rad == pytest.approx(500 / math.radians(45))
+    assert servo.us_per_rad == pytest.approx(500 / math.radians(30))
     assert (servo.min_us, servo.max_us) == (940, 1940)
     assert servo.max_rad == pytest.approx(math.radians(30))  # the hip's own limit
-    assert servo.min_rad == pytest.approx(-math.radians(30))
+    assert servo.min_rad == pytest.approx(-math.radians(24))  # where its pulses end
     assert not bench.session.saved
 
 
-def test_a_mark_at_zero_is_refused(bench):
-    assert 'move it to +45' in bench.press('em')
+@pytest.mark.parametrize(('joint', 'degrees'), [(0, 30), (4, 45), (8, 45)])
+def test_the_mark_is_within_the_limits_of_the_joint(bench, joint, degrees):
+    assert f'move it to +{degrees} degrees first' in bench.press('n' * joint + 'em')
+    assert bench.press('>' * 20 + 'm').startswith(f'+{degrees} degrees is here')
+    servo = bench.session.finished().servos[joint]
+    assert servo.us_per_rad == pytest.approx(400 / math.radians(degrees))
+
+
+@pytest.mark.parametrize(('steps', 'doubted'), [(10, True), (16, False), (25, False), (40, True)])
+def test_a_mark_that_no_servo_has_is_doubted(bench, steps, doubted):
+    bench.press('n' * 4)
+    assert ('implausible' in bench.press('e' + '>' * steps + 'm')) is doubted
+    assert bool(bench.session.finished().servos[4].doubt) is doubted
+
+
+def calibrated(bench):
+    return [servo.joint for servo in bench.session.finished().servos if servo.calibrated]
+
+
+def test_a_servo_is_calibrated_when_its_zero_and_its_mark_were_found(bench):
+    assert '0 of 12 done' in bench.session.show()
+    assert 'lacks z and m' in bench.session.show()
+    bench.press('e>z')
+    assert calibrated(bench) == []
+    assert 'lacks m' in bench.session.show()
+    bench.press('>' * 18 + 'm')
+    assert calibrated(bench) == ['front_left_hip']
+    assert 'calibrated, 1 of 12 done' in bench.session.show()
+    assert bench.session.finished().problem.startswith(
+        '1 of 12 servos are calibrated; not back_left_hip, back_right_hip')
+    bench.press('x')
+    assert calibrated(bench) == []
+
+
+def test_all_twelve_make_a_calibration_without_a_problem(bench):
+    for _ in range(12):
+        bench.press('e>z' + '>' * 18 + 'mn')
+    assert '12 of 12 done' in bench.session.show()
+    assert bench.session.finished().problem == ''
+
+
+@pytest.mark.parametrize(('key', 'left'), [('+', 0), ('-', 0), (']', 10), ('d', 12), ('u', 12)])
+def test_what_was_found_of_another_servo_or_with_another_clock_counts_no_more(bench, key, left):
+    for _ in range(12):
+        bench.press('e>z' + '>' * 18 + 'mn')
+    bench.press(key)
+    assert len(calibrated(bench)) == left
+
+
+def test_saved_is_only_what_is_in_the_file(bench):
+    assert bench.session.show().splitlines()[0].endswith('not in a file')
+    bench.press('e>z')
+    assert bench.session.show().splitlines()[0].endswith('NOT SAVED')
 
 
 def test_undo_takes_back_change_after_change_and_relaxes(bench):
@@ -255,3 +306,57 @@ def test_sealing_without_a_file_says_how_to_make_one(tmp_path):
     assert run.returncode == 1
     assert run.stderr == (f'calibrate: no calibration file at {tmp_path}/c.yaml: make one with '
                           '`ros2 run w2b_hw calibrate`\n')
+
+
+def test_a_save_that_fails_is_no_save(chips, tmp_path):
+    folder = tmp_path / 'file'
+    folder.write_text('in the way')
+    terminal = ScriptedTerminal('--transport', f'emulated:{chips.path}',
+                                '--file', str(folder / 'c.yaml'))
+    terminal.expect('not in a file')
+    terminal.type('s')
+    terminal.expect('NOT SAVED')
+    terminal.expect('not saved: ')
+    terminal.type('q')
+    terminal.expect('NOT SAVED: s saves')
+    terminal.type('q')
+    assert terminal.process.wait(10) == 0
+
+
+def test_what_is_lost_with_the_line_is_said(chips, tmp_path):
+    terminal = ScriptedTerminal('--transport', f'emulated:{chips.path}',
+                                '--file', str(tmp_path / 'c.yaml'))
+    terminal.expect('not in a file')
+    terminal.type('e>z')
+    terminal.expect('zero is here')
+    terminal.type('\x04')
+    terminal.expect('NOT SAVED: what was found is lost')
+    assert terminal.process.wait(10) == 0
+
+
+def test_one_of_twelve_is_saved_as_one_of_twelve_and_goes_on_later(chips, tmp_path):
+    path = tmp_path / 'c.yaml'
+    terminal = ScriptedTerminal('--transport', f'emulated:{chips.path}', '--file', str(path))
+    terminal.expect('front_left_hip')
+    terminal.type('e>z' + '>' * 18 + 'm')
+    terminal.expect('1 of 12 done')
+    terminal.type('s')
+    terminal.expect('1 of 12 servos are calibrated; not back_left_hip')
+    terminal.type('q')
+    assert terminal.process.wait(10) == 0
+    assert [servo.calibrated for servo in calibration.load(path).servos] == [True] + [False] * 11
+    terminal = ScriptedTerminal('--transport', f'emulated:{chips.path}', '--file', str(path))
+    terminal.expect('calibrated, 1 of 12 done | saved')
+    terminal.type('q')
+    assert terminal.process.wait(10) == 0
+
+
+def test_sealing_says_what_is_not_calibrated(tmp_path):
+    path = tmp_path / 'c.yaml'
+    calibration.save(nominal(calibrated=False), path)
+    path.write_text(path.read_text().replace('calibrated: false', 'calibrated: true', 1)
+                    .replace('us_per_rad: 636.6197723675814', 'us_per_rad: 1200.0', 1))
+    command = [sys.executable, '-m', 'w2b_hw.calibrate', '--seal', '--file', str(path)]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert 'but 1 of 12 servos are calibrated' in run.stdout
+    assert 'but front_left_hip: 1200 us/rad' in run.stdout

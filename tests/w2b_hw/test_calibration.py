@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from w2b_hw import calibration
+from w2b_hw import calibration, plain_yaml
 from w2b_hw.calibration import Board, Calibration, CalibrationError, Servo, load, nominal, save
 from w2b_hw.joints import JOINTS
 
@@ -145,3 +145,69 @@ def test_sealing_accepts_a_good_edit_and_refuses_a_bad_one(path):
     edited(path, lambda d: d['servos'][0].update(max_us=9999), reseal=False)
     with pytest.raises(CalibrationError, match='max_us'):
         calibration.seal(path)
+
+
+def replaced(path, old, new):
+    """Edit the text of the file as a person does."""
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+@pytest.mark.parametrize('value', ['5.5', '0.5', '5.0', '"5"', '0x5', '05', '1_0', '0:5', 'true',
+                                   '!!int 5', '.inf', '16', '-1', '[5]', '~', '', '9' * 400])
+def test_a_channel_is_a_whole_number_or_the_file_is_not_sealed(path, value):
+    replaced(path, 'channel: 5', f'channel: {value}')
+    with pytest.raises(CalibrationError) as error:
+        calibration.seal(path)
+    assert '\n' not in str(error.value)
+
+
+@pytest.mark.parametrize(('old', 'new'), [
+    ('direction: 1', 'direction: 1.0'), ('direction: 1', 'direction: yes'),
+    ('direction: 1', 'direction: true'), ('address: 64', 'address: 64.0'),
+    ('address: 64', 'address: 0100'), ('version: 1', 'version: 1.0'),
+    ('version: 1', 'version: true'), ('calibrated: true', 'calibrated: 1'),
+    ('calibrated: true', 'calibrated: yes'), ('zero_us: 1500.0', 'zero_us: 1_500'),
+    ('zero_us: 1500.0', 'zero_us: 25:00'), ('zero_us: 1500.0', 'zero_us: 1500,0'),
+    ('joint: front_left_hip', 'joint: 3'), ('joint: front_left_hip', 'joint: [a]'),
+    ('channel: 5', 'channel: 5\n  channel: 6'), ('board:', 'version: 1\nboard:'),
+    ('  address: 64', '  address: 64\n  address: 65'), ('board:', 'board: &board'),
+    ('channel: 5', '<<: {channel: 5}'), ('channel: 5', '5: 5'), ('format:', '---\nformat:')])
+def test_no_surprise_of_yaml_is_sealed(path, old, new):
+    if old == 'format:':
+        path.write_text(path.read_text() + '---\na: 1\n')
+    else:
+        replaced(path, old, new)
+    with pytest.raises(CalibrationError) as error:
+        calibration.seal(path)
+    assert '\n' not in str(error.value)
+
+
+def test_a_whole_number_will_do_for_microseconds_and_angles(path):
+    replaced(path, 'zero_us: 1500.0', 'zero_us: 1510')
+    calibration.seal(path)
+    assert load(path).servos[0].zero_us == 1510
+
+
+def test_a_file_from_before_servos_were_marked_says_of_none_that_it_was_calibrated(path):
+    edited(path, lambda d: [servo.pop('calibrated') for servo in d['servos']])
+    assert load(path).problem.startswith('0 of 12 servos are calibrated')
+
+
+def test_a_save_that_does_not_read_back_is_no_save(path, monkeypatch):
+    monkeypatch.setattr(calibration, 'load', lambda path: nominal())
+    with pytest.raises(CalibrationError, match='does not hold what was written'):
+        save(nominal(calibrated=False), path)
+
+
+@given(st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3),
+                    lambda inner: st.lists(inner, max_size=3)
+                    | st.dictionaries(st.text(max_size=3), inner, max_size=3)))
+def test_plain_yaml_reads_what_it_can_or_refuses(document):
+    text = yaml.safe_dump(document)
+    try:
+        again = plain_yaml.load(text)
+    except yaml.YAMLError:
+        return
+    assert again is not NotImplemented

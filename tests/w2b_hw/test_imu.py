@@ -8,7 +8,12 @@ import pytest
 from w2b_hw.emulation.faults import FaultyTransport, flipped_bit, is_read_of
 from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.imu import registry
-from w2b_hw.imu.orientation import Orientation
+from w2b_hw.imu.orientation import (
+    HEADING_VARIANCE,
+    NO_HEADING_VARIANCE,
+    TILT_VARIANCE,
+    Orientation,
+)
 from w2b_hw.imu.part import FROZEN_AFTER, ImuError, Sample
 
 KINDS = ['lsm6dsox', 'icm20948']
@@ -122,9 +127,10 @@ def yaw_pitch_roll(quaternion):
             math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
 
 
-def settled(use_magnetometer=False, force=(0.0, 0.0, 9.80665), seconds=6.0):
+def settled(use_magnetometer=False, force=(0.0, 0.0, 9.80665), seconds=6.0,
+            field=(0.0, 22e-6, -43e-6)):
     orientation = Orientation(20.0, 500.0, use_magnetometer)
-    sample = Sample(force, (0.0, 0.0, 0.0), (0.0, 22e-6, -43e-6))
+    sample = Sample(force, (0.0, 0.0, 0.0), field)
     for _ in range(int(seconds / 0.05)):
         quaternion = orientation.update(sample, 0.05)
     return orientation, quaternion
@@ -170,3 +176,80 @@ def test_a_flipped_bit_in_one_sample_turns_the_orientation_by_less_than_two_degr
     gyroscope, significance = bit < 48, bit % 16
     step = 17.5e-3 * 2 ** significance * 0.05 if gyroscope else 0.0
     assert turned < max(2.0, 1.05 * step + 0.5)
+
+
+LEVEL = Sample((0.0, 0.0, 9.80665), (0.0, 0.0, 0.0), (0.0, 22e-6, -43e-6))
+TILTED = Sample((0.0, 9.80665 * math.sin(0.5), 9.80665 * math.cos(0.5)), (0.0, 0.0, 0.0), None)
+
+
+def first(orientation, sample, elapsed_s, at_most_s=10.0):
+    """Return the first orientation that is given, and after how long."""
+    quaternion, waited_s = orientation.update(sample, elapsed_s), 0.0
+    while quaternion is None:
+        assert waited_s < at_most_s
+        quaternion, waited_s = orientation.update(sample, 0.05), waited_s + 0.05
+    return quaternion, waited_s
+
+
+@pytest.mark.parametrize('gap_s', [0.2, 0.3, 1.0, 10.0, 3600.0, -1.0, 0.0])
+def test_after_a_gap_no_orientation_is_given_until_it_is_right(gap_s):
+    """The robot was turned meanwhile; a filter that goes on is off by 22 degrees, then by 116."""
+    orientation, _ = settled()
+    quaternion, waited_s = first(orientation, TILTED, gap_s)
+    assert yaw_pitch_roll(quaternion)[1:] == pytest.approx((0.0, 0.5), abs=math.radians(2))
+    assert 2.0 < waited_s < 5.0
+
+
+def test_at_the_start_no_orientation_is_given_until_it_is_right():
+    quaternion, waited_s = first(Orientation(20.0, 500.0), TILTED, 0.05)
+    assert yaw_pitch_roll(quaternion)[2] == pytest.approx(0.5, abs=math.radians(2))
+    assert 2.0 < waited_s < 5.0
+
+
+def test_a_robot_that_is_shaken_does_not_settle():
+    orientation = Orientation(20.0, 500.0)
+    for number in range(400):
+        force = (0.0, 8.0 if number % 2 else -8.0, 9.8)
+        assert orientation.update(Sample(force, (0.0, 0.0, 0.0), None), 0.05) is None
+    assert first(orientation, LEVEL, 0.05)[1] < 5.0
+
+
+def test_two_lost_samples_are_borne():
+    orientation, _ = settled()
+    assert orientation.update(LEVEL, 0.15) is not None
+
+
+def test_heading_is_unknown_without_a_magnetometer_and_without_a_fresh_field():
+    assert settled(use_magnetometer=True)[0].yaw_variance == HEADING_VARIANCE
+    assert settled(use_magnetometer=False)[0].yaw_variance == NO_HEADING_VARIANCE
+    # A board that has none.
+    assert settled(use_magnetometer=True, field=None)[0].yaw_variance == NO_HEADING_VARIANCE
+    orientation, _ = settled(use_magnetometer=True)
+    nothing = Sample(LEVEL.acceleration_m_s2, (0.0, 0.0, 0.0), None)
+    for _ in range(19):
+        orientation.update(nothing, 0.05)
+    assert orientation.yaw_variance == HEADING_VARIANCE
+    for _ in range(3):
+        orientation.update(nothing, 0.05)
+    assert orientation.yaw_variance == NO_HEADING_VARIANCE
+    orientation.update(LEVEL, 0.05)
+    assert orientation.yaw_variance == HEADING_VARIANCE
+
+
+def test_a_field_that_disagrees_with_the_heading_gives_none():
+    orientation, _ = settled(use_magnetometer=True)
+    bent = Sample(LEVEL.acceleration_m_s2, (0.0, 0.0, 0.0), (22e-6, 0.0, -43e-6))
+    for _ in range(30):
+        orientation.update(bent, 0.05)
+    assert orientation.yaw_variance == NO_HEADING_VARIANCE
+
+
+def test_tilt_is_the_less_certain_the_longer_gravity_cannot_be_seen():
+    orientation, _ = settled()
+    assert orientation.tilt_variance == TILT_VARIANCE
+    falling = Sample((0.0, 0.0, 0.1), (0.0, 0.0, 0.0), None)
+    for _ in range(40):
+        orientation.update(falling, 0.05)
+    assert orientation.tilt_variance > 1.9 * TILT_VARIANCE
+    orientation.update(LEVEL, 0.05)
+    assert orientation.tilt_variance == TILT_VARIANCE

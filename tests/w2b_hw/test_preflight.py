@@ -137,3 +137,32 @@ def test_the_command_prints_a_line_for_each_check_and_fails_for_a_missing_one(tm
     run = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert 'ok   servo chip 0x40: in its power-on state' in run.stdout
     assert 'WARN calibration' in run.stdout
+
+
+def test_one_of_twelve_calibrated_servos_is_not_ready_unless_it_is_allowed(tmp_path):
+    path = tmp_path / 'c.yaml'
+    first, *rest = nominal(calibrated=False).servos
+    calibration.save(Calibration(Board(), (replace(first, zero_us=1490.0, calibrated=True), *rest)),
+                     path)
+    check = preflight.check_calibration(path)
+    assert check.grade is Grade.FAIL
+    assert '1 of 12 servos are calibrated; not back_left_hip' in check.found
+    assert 'zero (z) and mark (m)' in check.fix
+    assert preflight.check_calibration(path, allow_uncalibrated=True).grade is Grade.WARN
+    command = [sys.executable, '-m', 'w2b_hw.preflight', '--transport', 'emulated',
+               '--calibration', str(path)]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert run.returncode == 1
+    assert 'FAIL calibration' in run.stdout
+    run = subprocess.run([*command, '--allow-uncalibrated'], capture_output=True, text=True,
+                         timeout=60, check=False)
+    assert 'WARN calibration' in run.stdout
+
+
+def test_an_implausible_servo_is_a_warning(tmp_path):
+    path = tmp_path / 'c.yaml'
+    first, *rest = nominal().servos
+    calibration.save(Calibration(Board(), (replace(first, us_per_rad=1200.0), *rest)), path)
+    check = preflight.check_calibration(path)
+    assert check.grade is Grade.WARN
+    assert '1200 us/rad' in check.found

@@ -96,7 +96,7 @@ def run(config: RunConfig, directory: Path | str,
         progress: Callable[[Progress], None] | None = None, *, threads: int = 1,
         checkpoint_s: float = 10.0, checkpoint_generations: int | None = None,
         vectors: Mapping[str, ArrayLike] | None = None,
-        evaluator: Evaluator | None = None,
+        evaluator: Evaluator | None = None, program: Mapping[str, str] | None = None,
         say: Callable[[str], None] | None = None) -> RunResult:
     """
     Run `config` in `directory`, or go on with it there, to its end.
@@ -117,6 +117,9 @@ def run(config: RunConfig, directory: Path | str,
         Word -> vector (T,); the configuration's vocabulary if not given.
     evaluator
         Instead of the configuration's engine, of the same body and world.
+    program
+        What identifies the program, noted in config.json: another is refused there. Its version if
+        not given.
     say
         Is told from which generation a run goes on, and that the engine is being compiled.
 
@@ -138,7 +141,7 @@ def run(config: RunConfig, directory: Path | str,
                    for word, _behaviour in config.words + config.held_out}
     names = [word for word, _behaviour in config.words + config.held_out]
     heard = treatments.treated(vectors, names, config.treatment, config.seed)
-    identity = {'config': config.to_json(), 'program_version': __version__,
+    identity = {'config': config.to_json(), **(program or {'program_version': __version__}),
                 'vectors': {name: treatments.vector_hash(vector)
                             for name, vector in zip(names, heard, strict=True)}}
     if evaluator is None:
@@ -249,6 +252,8 @@ class _Run:
                 progress(Progress(afpo.generation, config.generations,
                                   float(afpo.population.fitness[afpo.population.best]),
                                   self.engine.evaluations, mark - began))
+                # Its time is not the run's: it may wait, as a study that is paused does.
+                mark = perf_counter()
 
     def _record(self, evaluations: int) -> None:
         population, row = self.afpo.population, self.afpo.generation - 1

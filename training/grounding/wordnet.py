@@ -7,7 +7,7 @@ wndb(5WN)); its licence allows any use that names it.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -45,6 +45,12 @@ class Synset:
     opposites: tuple[tuple[int, str, int], ...]
 
 
+def stemmer() -> Callable[[str], str]:
+    """Return what takes a word to its stem: Porter's second stemmer."""
+    stem: Callable[[str], str] = snowballstemmer.stemmer('english').stemWord
+    return stem
+
+
 class WordNet:
     """
     The database in a folder.
@@ -69,7 +75,7 @@ class WordNet:
             raise WordNetError(f'{folder}: expected WordNet 3.0, got damaged files; install '
                                'wordnet-base again') from None
         self._stems: dict[str, frozenset[str]] = {}
-        self._stem = snowballstemmer.stemmer('english').stemWord
+        self._stem = stemmer()
 
     def relations(self, words: Collection[str], without: Collection[str] = ()) -> Relations:
         """

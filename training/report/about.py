@@ -24,7 +24,7 @@ def lead(runs: pd.DataFrame, about: dict[str, Any]) -> str:
             f'{counted(identity["generations"], "generation")} and '
             f'{int(runs.evaluations.sum()):,} simulations in {core_time(cpu_s)}. Engine: '
             f'{identity["engine"]}, {identity["precision"]}. Objective: {identity["objective"]}. '
-            f'Program {identity["program_version"]}, commit {commits(runs)}. Vocabulary '
+            f'Program {versions_of(runs)}, commit {commits(runs)}. Vocabulary '
             f'{identity["vocabulary"]}, its vectors’ hash {identity["vocabulary_sha256"][:12]}.')
 
 
@@ -41,6 +41,20 @@ def commits(runs: pd.DataFrame) -> str:
     found = (str(commit).partition('+') for commit in runs.git_commit.fillna(''))
     return ', '.join(sorted({commit[:10] + plus + rest for commit, plus, rest in found
                              if commit})) or 'unknown'
+
+
+def versions_of(runs: pd.DataFrame) -> str:
+    """Return the versions of the program that made the runs."""
+    return ', '.join(sorted({str(version) for version in runs.program_version if version}))
+
+
+def _hashes(identity: dict[str, Any]) -> dict[str, str]:
+    """Return what identifies the engine: its results for each body, in old studies its sources."""
+    results = identity.get('results_sha256')
+    if not isinstance(results, dict):
+        return {'hash of the sources that decide a run': identity['sources_sha256']}
+    return {f'hash of the engine’s results, {title("paper", body)}': results[body]
+            for body in sorted(results)}
 
 
 def partial(store: Tables, about: dict[str, Any]) -> list[str]:
@@ -90,9 +104,9 @@ def provenance_section(study: StudyDirectory, runs: pd.DataFrame, about: dict[st
             versions.setdefault(name, set()).add(version or 'none')
     rows = {
         'study': about['config']['name'],
-        'program version': identity['program_version'],
+        'program version': versions_of(runs),
         'commit': commits(runs),
-        'hash of the sources that decide a run': identity['sources_sha256'],
+        **_hashes(identity),
         'engine, precision': f'{identity["engine"]}, {identity["precision"]}',
         'objective': identity['objective'],
         'population, generations': f'{identity["population"]}, {identity["generations"]:,}',
@@ -106,8 +120,8 @@ def provenance_section(study: StudyDirectory, runs: pd.DataFrame, about: dict[st
     }
     section = Section('Provenance')
     section.paragraphs.append(
-        'Every run keeps this beside its champion; runs of another identity (version, sources, '
-        'engine, objective, population, generations, vectors) are refused, so all runs of this '
+        'Every run keeps this beside its champion; runs of another identity (engine and its '
+        'results, objective, population, generations, vectors) are refused, so all runs of this '
         'report share it. Same seed, same bits: any run can be made again and compared.')
     section.tables['What made the runs.'] = pd.DataFrame(
         {'value': list(rows.values())}, index=pd.Index(list(rows), dtype=object))

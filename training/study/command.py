@@ -5,7 +5,12 @@ Evolves every run that CONFIG.yaml names (see training/configs), scores every ch
 perturbed starts, in PyBullet and under a lexicon of unheard words, and makes the store of results.
 May be killed at any moment and started again with the same command: nothing is lost and nothing is
 done twice. More seeds in the file later only add runs; more generations take every run further.
-`python -m training report DIR` then writes the report.
+`python -m training report DIR` then writes the report. Work goes seed by seed over all cells, so
+that wherever it is stopped all cells have the same seeds.
+
+`python -m training study status DIR` says how far it is; `study pause DIR` and `study resume DIR`
+free the processors for a while; `study export DIR FILE` and `study import FILE DIR` carry finished
+runs elsewhere.
 
 By default runs go to local processes, one a core. `--scheduler ADDRESS` sends them to a Dask
 cluster whose workers see DIR under the same path (docs/study/cluster.md).
@@ -16,7 +21,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from training.study.config import StudyConfig, load_config
@@ -24,8 +29,13 @@ from training.study.directory import StudyDirectory, StudyError, locked
 from training.study.executor import DaskExecutor, Executor, ExecutorError, LocalExecutor
 from training.study.fields import ConfigError
 from training.study.progress import Display
+from training.study.record import RecordError
 from training.study.runner import Report, default_directory, run_study
 from training.study.tasks import perform
+from training.study.transfer import export_study
+
+#: Where `--export-every` writes, in the study's directory.
+RECORD = 'record.zip'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='local processes, one thread each (default: one a core)')
     add('--scheduler', default=None, metavar='ADDRESS',
         help="a Dask scheduler's address or file, instead of local processes")
+    add('--export-every', type=int, default=None, metavar='N',
+        help='write DIR/record.zip after every Nth complete seed (see: study export --help)')
     add('--evolve-only', action='store_true', help='leave the scoring of champions for later')
 
 
@@ -55,6 +67,8 @@ def run_command(args: argparse.Namespace, kinds: Sequence[str]) -> int:
                               "cluster has is the cluster's; leave one of them out")
         if args.workers is not None and args.workers < 1:
             raise ConfigError(f'--workers: expected at least 1, got {args.workers}')
+        if args.export_every is not None and args.export_every < 1:
+            raise ConfigError(f'--export-every: expected at least 1, got {args.export_every}')
         config = load_config(args.config)
         study = StudyDirectory((args.out or default_directory(config)).absolute())
         report = _locked_run(config, study, args, kinds)
@@ -100,8 +114,26 @@ def _locked_run(config: StudyConfig, study: StudyDirectory, args: argparse.Names
         finished = False
         try:
             with Display() as display:
-                report = run_study(config, study, executor, display, kinds)
+                report = run_study(config, study, executor, display, kinds,
+                                   _exporter(study, args.export_every, display))
             finished = True
         finally:
             executor.close(cancel=not finished)
     return report
+
+
+def _exporter(study: StudyDirectory, every: int | None,
+              display: Display) -> Callable[[int], None]:
+    """Return what exports the study after every so many complete seeds; it never stops it."""
+    def seed_done(complete: int) -> None:
+        if every is None or complete % every:
+            return
+        try:
+            runs, size = export_study(study, study.path / RECORD)
+        except (StudyError, RecordError, OSError, ValueError) as error:
+            text = f'export failed, the study goes on: {" ".join(str(error).split())}'
+        else:
+            text = f'{complete} seeds complete; {runs} runs exported, {size / 1e6:.2f} MB'
+        display.console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    return seed_done

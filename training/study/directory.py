@@ -26,7 +26,7 @@ from typing import Any
 
 from training.evolution.checkpoint import write_json
 from training.study.config import RunSpec
-from training.study.provenance import differences, utc_now
+from training.study.provenance import differences, run_identity, utc_now
 
 FORMAT = {'format': 'w2b-study', 'version': 1}
 
@@ -47,6 +47,10 @@ class StudyDirectory:
     def run_directory(self, run_id: str) -> Path:
         """Return the directory of a run."""
         return self.runs / run_id
+
+    def run_directories(self) -> list[Path]:
+        """Return the directories of all runs, finished or not, by name."""
+        return sorted(self.runs.glob('*-*-*-*'))
 
     def summary(self, run_id: str) -> dict[str, Any] | None:
         """Return a finished run's summary, None if the run is not over (StudyError if damaged)."""
@@ -82,27 +86,44 @@ class StudyDirectory:
         """
         Take the study up: check `identity` against every run there is, then note `config`.
 
+        Results of bodies that only earlier runs have stay in the study's identity.
+
         Raises
         ------
         StudyError
-            If the study or a run in it was made by another program, engine, vocabulary or
+            If the study or a run in it was made with other results, another vocabulary or
             configuration. `generations` may rise: such runs are taken further, all of them.
 
         """
-        files = [self.study_file, *sorted(self.runs.glob('*/provenance.json'))]
-        for file in files:
+        results = dict(identity['results_sha256'])
+        for file in [self.study_file, *sorted(self.runs.glob('*/provenance.json'))]:
             if not file.exists():
                 continue
             found = read_json(file).get('identity')
             if not isinstance(found, dict):
                 raise StudyError(f'{file}: damaged (no identity in it); delete it if you are sure '
                                  'where this came from, or use another --out')
-            differing = differences(may_grow(found, identity), identity)
+            asked = identity
+            if file != self.study_file:
+                body = body_of(file.parent.name)
+                if isinstance(found.get('results_sha256'), str):
+                    results.setdefault(body, found['results_sha256'])
+                asked = run_identity({**identity, 'results_sha256': results}, body)
+            elif isinstance(found.get('results_sha256'), dict):
+                results = {**found['results_sha256'], **results}
+            differing = differences(may_grow(found, asked), asked)
             if differing:
                 raise StudyError(
                     f'{file.parent}: was made otherwise: {"; ".join(differing)}. Use another '
                     '--out, or the program and configuration that made it')
-        write_json(self.study_file, {**FORMAT, 'config': config, 'identity': identity})
+        write_json(self.study_file, {**FORMAT, 'config': config,
+                                     'identity': {**identity, 'results_sha256': results}})
+
+
+def body_of(run_id: str) -> str:
+    """Return the body in a run's name, '' if that is no run's name."""
+    parts = run_id.split('-')
+    return parts[1] if len(parts) == 4 else ''
 
 
 def may_grow(found: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
@@ -150,6 +171,18 @@ def locked(path: Path, what: str, wait_s: float = 0.0) -> Iterator[None]:
         file.write(f'process {os.getpid()} on {socket.gethostname()}')
         file.flush()
         yield
+
+
+def in_use(path: Path) -> bool:
+    """Return whether a process holds the lock file `path`."""
+    try:
+        with open(path, 'rb') as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except FileNotFoundError:
+        return False
+    return False
 
 
 def read_json(path: Path) -> dict[str, Any]:

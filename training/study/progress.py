@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from training.study.config import StudyConfig
     from training.study.tasks import Task, TaskResult
 
-WORDS = {'evolve': 'evolutionary runs', 'rescore': 'champions scored again'}
+WORDS: dict[tuple[str, ...], str] = {
+    ('evolve',): 'evolutionary runs',
+    ('rescore',): 'champions scored again'}
+BOTH = 'runs evolved and scored again'
 #: Between two lines where the output is no terminal.
 QUIET_S = 60.0
 
@@ -36,22 +39,21 @@ class Running:
 
 class Estimate:
     """
-    Seconds that are left, from the runs that are over.
+    Seconds that are left, from what is over: `costs` maps an arm to the seconds of each unit.
 
-    Runs of one body and word set are taken to cost the same, per generation; an arm of which
-    nothing is known yet, the mean of the others.
+    The unit is a generation of a run, or a champion that is scored again. Units of one body and
+    word set are taken to cost the same; an arm of which nothing is known yet, the others' mean.
     """
 
-    def __init__(self, generations: int, costs: dict[str, list[float]]) -> None:
-        self.generations = generations
+    def __init__(self, costs: dict[str, list[float]]) -> None:
         self.costs = {arm: list(values) for arm, values in costs.items()}
 
-    def add(self, arm: str, seconds_a_generation: float) -> None:
-        """Take note of a run that is over, or of one under way."""
-        self.costs.setdefault(arm, []).append(seconds_a_generation)
+    def add(self, arm: str, seconds: float) -> None:
+        """Take note of what a unit cost."""
+        self.costs.setdefault(arm, []).append(seconds)
 
     def seconds(self, left: dict[str, float], workers: int) -> float | None:
-        """Return the wall time for `left` (arm -> generations), None if nothing is known yet."""
+        """Return the wall time for `left` (arm -> units), None if nothing is known yet."""
         known = {arm: mean(values) for arm, values in self.costs.items() if values}
         if not known or workers < 1:
             return None
@@ -71,14 +73,15 @@ class Display:
         self.console = console or Console(stderr=True)
         self._live: Live | None = None
         self._said = float('-inf')
-        self._kind = 'evolve'
+        self._what = BOTH
         self._total = 0
         self._open = False
-        self._tasks: dict[str, Task] = {}
+        #: Run -> its tasks that are not over.
+        self._tasks: dict[str, list[Task]] = {}
         self._began: dict[str, tuple[float, int]] = {}
-        self._phase_began = time.monotonic()
         self._errors = 0
-        self._estimate = Estimate(1, {})
+        self._evolution = Estimate({})
+        self._rescoring = Estimate({})
 
     def __enter__(self) -> Display:
         self._open = True
@@ -93,24 +96,32 @@ class Display:
             self._live.stop()
             self._live = None
 
-    def begin(self, kind: str, config: StudyConfig, tasks: Sequence[Task],
+    def begin(self, kinds: Sequence[str], config: StudyConfig, tasks: Sequence[Task],
               costs: dict[str, list[float]]) -> None:
-        """Start a phase; `costs`: arm -> seconds a generation of the runs that are over."""
-        self._kind, self._total = kind, len(config.runs())
-        self._tasks = {task.run.run_id: task for task in tasks}
-        self._estimate = Estimate(config.generations, costs if kind == 'evolve' else {})
-        self._began, self._phase_began, self._said = {}, time.monotonic(), float('-inf')
+        """Start with `tasks`; `costs`: arm -> seconds a generation of the runs that are over."""
+        self._what, self._total = WORDS.get(tuple(kinds), BOTH), len(config.runs())
+        self._tasks = {}
+        for task in tasks:
+            self._tasks.setdefault(task.run.run_id, []).append(task)
+        self._evolution, self._rescoring = Estimate(costs), Estimate({})
+        self._began, self._said = {}, float('-inf')
 
-    def finished(self, task: Task, result: TaskResult) -> None:
-        """Take note of a task that is over."""
-        self._tasks.pop(task.run.run_id, None)
+    def finished(self, task: Task, result: TaskResult, *, last: bool = True) -> None:
+        """Take note of a task that is over, `last` if no other of its run will follow."""
+        if last:
+            self._tasks.pop(task.run.run_id, None)
+        else:
+            self._tasks[task.run.run_id] = self._tasks[task.run.run_id][1:]
         if result.error is not None:
             self._errors += 1
             self.console.print(f'[red]failed:[/] {escape(result.error)}', highlight=False,
                                soft_wrap=True)
         elif result.seconds > 0:
             # A run that was taken up again counts from there: too low, but only once.
-            self._estimate.add(_arm(task), result.seconds / task.config.generations)
+            if task.kind == 'evolve':
+                self._evolution.add(_arm(task), result.seconds / task.config.generations)
+            else:
+                self._rescoring.add(_arm(task), result.seconds)
 
     def show(self, workers: int, running: Sequence[Running]) -> None:
         """Refresh what is shown."""
@@ -127,21 +138,29 @@ class Display:
 
     def _seconds_left(self, now: float, workers: int, running: Sequence[Running]) -> float | None:
         left: dict[str, float] = {}
-        for task in self._tasks.values():
-            left[_arm(task)] = left.get(_arm(task), 0.0) + task.config.generations
-        early = Estimate(self._estimate.generations, self._estimate.costs)
+        champions: dict[str, float] = {}
+        for task in (task for tasks in self._tasks.values() for task in tasks):
+            counts, amount = ((left, task.config.generations) if task.kind == 'evolve'
+                              else (champions, 1))
+            counts[_arm(task)] = counts.get(_arm(task), 0.0) + amount
+        early = Estimate(self._evolution.costs)
         for run in running:
-            if self._kind != 'evolve' or not run.generation:
+            if run.task.kind != 'evolve' or not run.generation:
                 continue
             left[_arm(run.task)] = left.get(_arm(run.task), 0.0) - run.generation
             since, first = self._began.setdefault(run.task.run.run_id, (now, run.generation))
-            if run.generation > first and _arm(run.task) not in self._estimate.costs:
+            if run.generation > first and _arm(run.task) not in self._evolution.costs:
                 early.add(_arm(run.task), (now - since) / (run.generation - first))
-        return early.seconds(left, workers)
+        evolution = early.seconds(left, workers)
+        rescoring = self._rescoring.seconds(champions, workers)
+        if left:
+            # Scoring a champion again takes a small share of the time: unknown, it is left out.
+            return None if evolution is None else evolution + (rescoring or 0.0)
+        return rescoring
 
     def _line(self, workers: int, running: Sequence[Running], left: float | None) -> str:
         done = self._total - len(self._tasks)
-        text = (f'{WORDS[self._kind]}: {done} of {self._total} done, {workers} workers, '
+        text = (f'{self._what}: {done} of {self._total} done, {workers} workers, '
                 f'{_time_left(left)}')
         shown = ', '.join(f'{run.task.run.run_id} at {run.generation}' for run in running[:4]
                           if run.generation)
@@ -150,7 +169,7 @@ class Display:
     def _picture(self, workers: int, running: Sequence[Running], left: float | None) -> Group:
         done = self._total - len(self._tasks)
         grid = Table.grid(padding=(0, 1))
-        grid.add_row(Text(WORDS[self._kind], style='bold'),
+        grid.add_row(Text(self._what, style='bold'),
                      ProgressBar(max(self._total, 1), done, width=40),
                      f'{done} of {self._total}',
                      Text(_time_left(left) + (f', {self._errors} failed' if self._errors else '')))
@@ -158,7 +177,7 @@ class Display:
             total = run.task.config.generations
             grid.add_row(Text('  ' + run.task.run.run_id, style='dim'),
                          ProgressBar(total, run.generation, width=40),
-                         f'{run.generation} of {total}' if self._kind == 'evolve' else '',
+                         f'{run.generation} of {total}' if run.task.kind == 'evolve' else '',
                          '' if run.fitness is None else f'fitness {run.fitness:.3f}')
         return Group(grid)
 

@@ -1,9 +1,13 @@
 """
 Where a result comes from: what must be equal for runs to be one sample, and what is only noted.
 
-The *identity* is compared: program version, a hash of the source files that decide a run's outcome,
-the engine and its precision, the vocabulary's hash, and the configuration. The *environment* (git
-commit, versions, machine) is written down beside it, since results must not depend on it.
+The *identity* is compared: the configuration, the hash of the vocabulary's vectors, and the hash of
+the engine's results (see `results`), one for each body. The *environment* (program version, git
+commit, package versions, machine) is noted beside it. A change of the program that returns the same
+bits keeps the runs; one that does not, on any machine, is refused.
+
+Studies made before 2026-11-28 have the program version and a hash of source files in their
+identity instead of results. They can be read and reported, not gone on with.
 """
 
 from __future__ import annotations
@@ -11,7 +15,6 @@ from __future__ import annotations
 import platform
 import socket
 import subprocess
-from collections.abc import Iterator
 from datetime import UTC, datetime
 from functools import cache
 from hashlib import sha256
@@ -19,25 +22,26 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import training.evolution
 import w2b_core
-import w2b_sim
 from training.evolution.treatments import WORD_SETS, vector_hash
 from training.evolution.vectors import known, vector
 from training.study.config import StudyConfig
+from training.study.results import results_sha256
 
-#: Modules of `training.evolution` that decide what a run's champion is; the others only run it or
-#: report on it.
-EVOLUTION_SOURCES = ('afpo', 'champion', 'config', 'engines', 'objectives', 'operators', 'run',
-                    'starts', 'treatments')
 PACKAGES = ('numpy', 'numba', 'llvmlite', 'scipy', 'pybullet', 'gensim')
 
 
 def identity(config: StudyConfig) -> dict[str, Any]:
-    """Return what must be equal for the runs of one store; a JSON object of plain fields."""
+    """
+    Return what must be equal for the runs of one store, as a JSON object.
+
+    `results_sha256` maps each body of the study to the hash of the engine's results; computing it
+    compiles the engine for that body if that was not done before. See `run_identity`.
+    """
     return {
-        'program_version': w2b_core.__version__,
-        'sources_sha256': sources_sha256(),
+        'results_sha256': {body: results_sha256(config.engine, config.precision, body,
+                                                config.objective)
+                           for body in dict.fromkeys(run.body for run in config.runs())},
         'engine': config.engine,
         'precision': config.precision,
         'objective': config.objective,
@@ -48,9 +52,18 @@ def identity(config: StudyConfig) -> dict[str, Any]:
     }
 
 
+def run_identity(study: dict[str, Any], body: str) -> dict[str, Any]:
+    """Return the identity of a run of `body` in a study of this identity: one hash of results."""
+    results = study.get('results_sha256')
+    if not isinstance(results, dict):
+        return study
+    return {**study, 'results_sha256': results.get(body)}
+
+
 def environment() -> dict[str, Any]:
     """Return what is worth knowing of this process and machine; a JSON object of texts."""
     return {
+        'program_version': w2b_core.__version__,
         'git_commit': git_commit(),
         'python': platform.python_version(),
         'packages': {name: _version(name) for name in PACKAGES},
@@ -64,28 +77,6 @@ def environment() -> dict[str, Any]:
 def utc_now() -> str:
     """Return the date and time in UTC, to the second, in ISO 8601."""
     return datetime.now(UTC).isoformat(timespec='seconds')
-
-
-@cache
-def sources_sha256() -> str:
-    """Return the hash of all source files that decide a run's outcome."""
-    digest = sha256()
-    for name, path in sorted(_sources()):
-        digest.update(f'{name}\0'.encode())
-        digest.update(path.read_bytes() + b'\0')
-    return digest.hexdigest()
-
-
-def _sources() -> Iterator[tuple[str, Path]]:
-    evolution = Path(training.evolution.__file__).parent
-    for module in EVOLUTION_SOURCES:
-        yield f'training/evolution/{module}.py', evolution / f'{module}.py'
-    core = Path(w2b_core.__file__).parent
-    for path in (core / 'network.py', *core.glob('bodies/*.py')):
-        yield f'w2b_core/{path.relative_to(core).as_posix()}', path
-    simulator = Path(w2b_sim.__file__).parent
-    for path in (simulator / 'worlds.py', *simulator.glob('engines/**/*.py')):
-        yield f'w2b_sim/{path.relative_to(simulator).as_posix()}', path
 
 
 def commands() -> tuple[str, ...]:
@@ -126,6 +117,15 @@ def _version(package: str) -> str:
 
 
 def differences(found: dict[str, Any], asked: dict[str, Any]) -> list[str]:
-    """Return, one text a field, in what an identity differs from the one asked for."""
+    """
+    Return, one text a field, in what an identity differs from the one asked for.
+
+    Of two studies' identities the results of bodies that both have are compared.
+    """
+    there, here = found.get('results_sha256'), asked.get('results_sha256')
+    if isinstance(there, dict) and isinstance(here, dict):
+        unlike = [body for body in there if body in here and there[body] != here[body]]
+        found, asked = ({**identity, 'results_sha256': {body: hashes[body] for body in unlike}}
+                        for identity, hashes in ((found, there), (asked, here)))
     return [f'{name} is {found.get(name)!r} there, {asked.get(name)!r} here'
             for name in sorted(set(found) | set(asked)) if found.get(name) != asked.get(name)]

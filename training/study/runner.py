@@ -1,15 +1,17 @@
 """
 The study's loop: give out what is not done yet, take back what is, show how far it is.
 
-The runner holds the study's lock; workers hold each run's claim. It keeps nothing in memory that
-the directories do not say, so it may be killed at any moment and started again.
+Work goes seed by seed, over all cells (word set, body, treatment), and each champion is scored
+again right after its evolution: wherever a study is stopped, all cells have the same seeds but for
+those in workers' hands. The runner holds the study's lock; workers hold each run's claim. It keeps
+nothing in memory that the directories do not say, so it may be killed and started again.
 """
 
 from __future__ import annotations
 
 import json
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -23,9 +25,12 @@ from training.study.executor import Executor
 from training.study.fields import ConfigError
 from training.study.lexicon import load_lexicon
 from training.study.progress import Display, Running
-from training.study.provenance import identity
+from training.study.provenance import identity, run_identity
 from training.study.store import build_store
-from training.study.tasks import Task, TaskResult, rescored, run_config
+from training.study.tasks import Kind, Task, TaskResult, rescored, run_config
+
+#: What is done for a run, in order.
+KINDS: tuple[Kind, Kind] = ('evolve', 'rescore')
 
 
 @dataclass
@@ -67,69 +72,124 @@ def prepare(config: StudyConfig, study: StudyDirectory) -> dict[str, Any]:
 
 
 def tasks_of(config: StudyConfig, study: StudyDirectory, made: dict[str, Any],
-             kind: str) -> list[Task]:
-    """Return the tasks of a kind, `evolve` or `rescore`, that are not done yet."""
+             kinds: Sequence[str]) -> list[Task]:
+    """
+    Return the tasks of some `kinds` that are not done yet, in the order in which to do them.
+
+    A run's rescoring follows its evolution; seeds follow each other.
+    """
     tasks = []
     arms: Counter[tuple[str, str, str]] = Counter()
     most = config.robustness.pybullet_champions
     for run in config.runs():
         arm = (run.word_set, run.body, run.treatment)
         arms[arm] += 1
-        task = Task(kind, str(study.path), config, made, run,  # type: ignore[arg-type]
-                    in_pybullet=most is None or arms[arm] <= most)
+        evolve, rescore = (Task(kind, str(study.path), config, run_identity(made, run.body), run,
+                                in_pybullet=most is None or arms[arm] <= most)
+                           for kind in KINDS)
         evolved = study.done(run, config.generations)
-        if kind == 'evolve' and not evolved:
-            tasks.append(task)
-        if kind == 'rescore' and evolved and not rescored(task, study.run_directory(run.run_id)):
-            tasks.append(task)
+        if 'evolve' in kinds and not evolved:
+            tasks.append(evolve)
+        if 'rescore' in kinds and (evolved or 'evolve' in kinds) and not (
+                evolved and rescored(rescore, study.run_directory(run.run_id))):
+            tasks.append(rescore)
     return tasks
 
 
 def run_study(config: StudyConfig, study: StudyDirectory, executor: Executor, display: Display,
-              kinds: Sequence[str] = ('evolve', 'rescore')) -> Report:
+              kinds: Sequence[str] = KINDS,
+              seed_done: Callable[[int], None] | None = None) -> Report:
     """
     Do all that is left of a study, then make its store.
 
     The caller holds the study's lock. Runs that fail do not stop the others: their errors are in
-    the report.
+    the report. `seed_done` is called with the number of complete seeds each time one more is.
     """
     made = prepare(config, study)
     study.runs.mkdir(parents=True, exist_ok=True)
     study.adopt(json.loads(json.dumps(asdict(config))), made)
     report = Report()
-    for kind in kinds:
-        tasks = tasks_of(config, study, made, kind)
-        display.begin(kind, config, tasks, finished_seconds(study, config.runs()))
-        if not _work(tasks, study, executor, display, report):
-            return report
-    report.in_store = build_store(study, history_points=config.history_points)
+    tasks = tasks_of(config, study, made, kinds)
+    display.begin(kinds, config, tasks, finished_seconds(study, config.runs()))
+    if _Work(tasks, study, executor, display, report, Seeds(config, tasks, seed_done)).finished():
+        report.in_store = build_store(study, history_points=config.history_points)
     return report
 
 
-def _work(tasks: list[Task], study: StudyDirectory, executor: Executor, display: Display,
-          report: Report) -> bool:
-    """Perform `tasks`; return False if a fatal error ended it early."""
-    waiting = list(reversed(tasks))
-    inside: dict[str, Task] = {}
-    fatal = False
-    while inside or (waiting and not fatal):
-        while waiting and not fatal and len(inside) < executor.capacity:
-            task = waiting.pop()
-            executor.submit(task)
-            inside[task.run.run_id] = task
-        for task, result in executor.finished(0.5):
-            inside.pop(task.run.run_id)
-            if not isinstance(result, TaskResult):
-                result = TaskResult(f'{task.run.run_id}: {type(result).__name__}: {result}')
-            fatal = fatal or result.fatal
-            if result.error is not None:
-                report.errors.append(result.error)
+class Seeds:
+    """
+    How many seeds are complete: every run of the study that has the seed is done.
+
+    Parameters
+    ----------
+    config, tasks
+        The study, and what is left of it.
+    done
+        Called with the number of complete seeds each time it grows.
+
+    """
+
+    def __init__(self, config: StudyConfig, tasks: Iterable[Task],
+                 done: Callable[[int], None] | None = None) -> None:
+        self._left = Counter(task.run.seed for task in tasks)
+        self._done = done
+        self.complete = len({run.seed for run in config.runs()} - set(self._left))
+
+    def finished(self, task: Task) -> None:
+        """Take note of a task that succeeded."""
+        self._left[task.run.seed] -= 1
+        if self._left[task.run.seed] == 0:
+            self.complete += 1
+            if self._done is not None:
+                self._done(self.complete)
+
+
+class _Work:
+    """Tasks in an executor's hands, and those that wait for their turn."""
+
+    def __init__(self, tasks: Sequence[Task], study: StudyDirectory, executor: Executor,
+                 display: Display, report: Report, seeds: Seeds) -> None:
+        self.study, self.executor, self.display = study, executor, display
+        self.report, self.seeds = report, seeds
+        #: Each run's tasks, in order: the second is given out when the first succeeded.
+        self.waiting: deque[list[Task]] = deque()
+        for task in tasks:
+            if self.waiting and self.waiting[-1][0].run == task.run:
+                self.waiting[-1].append(task)
             else:
-                (report.evolved if task.kind == 'evolve' else report.rescored).append(
-                    task.run.run_id)
-            display.finished(task, result)
-        display.show(executor.workers, _running(study, inside.values()))
-    return not fatal
+                self.waiting.append([task])
+        self.inside: dict[str, list[Task]] = {}
+
+    def finished(self) -> bool:
+        """Perform the tasks; return False if a fatal error ended it early."""
+        fatal = False
+        while self.inside or (self.waiting and not fatal):
+            while self.waiting and not fatal and len(self.inside) < self.executor.capacity:
+                tasks = self.waiting.popleft()
+                self.inside[tasks[0].run.run_id] = tasks
+                self.executor.submit(tasks[0])
+            for task, result in self.executor.finished(0.5):
+                if not isinstance(result, TaskResult):
+                    result = TaskResult(f'{task.run.run_id}: {type(result).__name__}: {result}')
+                fatal = fatal or result.fatal
+                self._over(task, result)
+            self.display.show(self.executor.workers, _running(
+                self.study, (tasks[0] for tasks in self.inside.values())))
+        return not fatal
+
+    def _over(self, task: Task, result: TaskResult) -> None:
+        _this, *rest = self.inside.pop(task.run.run_id)
+        if result.error is not None:
+            self.report.errors.append(result.error)
+            rest = []
+        else:
+            (self.report.evolved if task.kind == 'evolve' else self.report.rescored).append(
+                task.run.run_id)
+            self.seeds.finished(task)
+        if rest:
+            # Before any other run: a stop leaves whole runs.
+            self.waiting.appendleft(rest)
+        self.display.finished(task, result, last=not rest)
 
 
 def _running(study: StudyDirectory, tasks: Iterable[Task]) -> list[Running]:

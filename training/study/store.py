@@ -22,9 +22,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from training.evolution.checkpoint import reason, write_atomically
+from training.evolution.run import HISTORY
 from training.study.config import RunSpec
-from training.study.directory import StudyDirectory, StudyError, journal, read_json
-from training.study.provenance import differences
+from training.study.directory import StudyDirectory, StudyError, body_of, journal, read_json
+from training.study.provenance import differences, run_identity
 from training.study.store_columns import TABLES
 from w2b_core import bodies
 
@@ -46,16 +47,17 @@ def build_store(study: StudyDirectory, *, history_points: int = 200) -> int:
         silently, and nothing mixed in.
 
     """
-    identity = study.about()['identity']
+    made = study.about()['identity']
     rows: Rows = {table: [] for table in TABLES}
     digest = sha256()
     count = 0
-    for directory in sorted(study.runs.glob('*-*-*-*')):
+    for directory in study.run_directories():
         summary = study.summary(directory.name)
-        if summary is None or summary.get('generations') != identity['generations']:
+        if summary is None or summary.get('generations') != made['generations']:
             continue
         provenance = read_json(directory / 'provenance.json')
-        differing = differences(provenance.get('identity', {}), identity)
+        differing = differences(provenance.get('identity', {}),
+                                run_identity(made, body_of(directory.name)))
         if differing:
             raise StudyError(f'{directory}: was made otherwise than the study: '
                              f'{"; ".join(differing)}; move it away')
@@ -99,8 +101,9 @@ def _add_run(rows: Rows, run: RunSpec, directory: Path, summary: dict[str, Any],
         'wall_s': summary['seconds']['total'], 'engine_s': summary['seconds']['engine'],
         'attempts': len(started),
         'cpu_s': completed[-1].get('cpu_s') if completed and len(started) == 1 else None,
-        **{name: identity[name] for name in ('program_version', 'sources_sha256', 'vocabulary',
-                                             'vocabulary_sha256')},
+        'program_version': place.get('program_version') or identity['program_version'],
+        **{name: identity.get(name) for name in ('results_sha256', 'sources_sha256')},
+        **{name: identity[name] for name in ('vocabulary', 'vocabulary_sha256')},
         'git_commit': place['git_commit'], 'host': place['host'],
         'champion': f'runs/{run.run_id}/champion.json'})
     for outcome in summary['outcomes']:
@@ -111,12 +114,9 @@ def _add_run(rows: Rows, run: RunSpec, directory: Path, summary: dict[str, Any],
             'final_x_m': x, 'final_y_m': y, 'final_z_m': z,
             'path_m': outcome['path_length_m'][0], 'largest_step_m': outcome['largest_step_m'][0],
             'displacement_m': float(np.hypot(x, y)), 'score': outcome['score']})
-    with np.load(directory / 'statistics.npz', allow_pickle=False) as statistics:
-        history = {name: statistics[name] for name in statistics.files}
-    for index in thinned(summary['generations'], history_points):
-        rows['history'].append({**key, 'generation': index + 1, **{
-            column.name: float(history[column.name][index])
-            for column in TABLES['history'] if column.name in history}})
+    history = read_history(directory / 'statistics.npz', history_points)
+    rows['history'].extend({**key, **dict(zip(history, values, strict=True))}
+                           for values in zip(*history.values(), strict=True))
     if (directory / 'rescored.json').exists():
         rescored = read_json(directory / 'rescored.json')
         columns = rescored['columns']
@@ -128,6 +128,25 @@ def _add_run(rows: Rows, run: RunSpec, directory: Path, summary: dict[str, Any],
             x, y = row['final_x_m'], row['final_y_m']
             row['displacement_m'] = None if x is None or y is None else float(np.hypot(x, y))
             rows['robustness'].append(row)
+
+
+def read_history(path: Path, points: int) -> dict[str, list[Any]]:
+    """
+    Return the fitness history in a run's statistics, thinned to `points`.
+
+    Returns
+    -------
+        `generation` and the names of `evolution.run.HISTORY` -> one entry a kept generation. A run
+        that was imported holds only those that were kept when it was exported.
+
+    """
+    with np.load(path, allow_pickle=False) as file:
+        history = {name: file[name] for name in HISTORY}
+        there = (file['generation'] if 'generation' in file.files
+                 else np.arange(1, len(history[HISTORY[0]]) + 1))
+    chosen = np.isin(there, np.array(thinned(int(there[-1]), points)) + 1)
+    return {'generation': there[chosen].tolist(),
+            **{name: values[chosen].tolist() for name, values in history.items()}}
 
 
 def thinned(generations: int, points: int) -> list[int]:

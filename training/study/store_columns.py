@@ -51,7 +51,9 @@ TABLES: dict[str, tuple[Column, ...]] = {
                'again, since a killed attempt cannot say how much it used'),
         Column('attempts', 'int32', '', 'how often the run was started or taken up again'),
         Column('program_version', 'string', '', 'version of this program'),
-        Column('sources_sha256', 'string', '', "hash of the sources that decide a run's outcome"),
+        Column('results_sha256', 'string', '', "hash of the engine's results for the body; missing "
+               'in runs made before it was introduced'),
+        Column('sources_sha256', 'string', '', 'hash of source files, of those older runs only'),
         Column('git_commit', 'string', '', 'commit of this program, if known'),
         Column('vocabulary', 'string', '', 'vocabulary as configured'),
         Column('vocabulary_sha256', 'string', '', "hash of the commands' vectors"),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import errno
 import os
+import socket
 import time
 import traceback
 from collections.abc import Callable
@@ -36,8 +37,10 @@ from training.study.directory import (
     read_json,
 )
 from training.study.lexicon import lexicon_sha256, load_lexicon
+from training.study.pausing import Pause
 from training.study.provenance import differences, environment
 from training.study.rescoring import COLUMNS, rescore, trials
+from training.study.results import results_sha256
 from w2b_core import bodies
 from w2b_sim.engines.interface import Evaluator
 from w2b_sim.worlds import WORLDS
@@ -45,6 +48,9 @@ from w2b_sim.worlds import WORLDS
 #: How long to wait for the previous holder of a run, such as a worker that was just lost.
 CLAIM_WAIT_S = 60.0
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+Kind = Literal['evolve', 'rescore']
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,7 @@ class Task:
     PyBullet.
     """
 
-    kind: Literal['evolve', 'rescore']
+    kind: Kind
     study: str
     config: StudyConfig
     identity: dict[str, Any]
@@ -81,7 +87,9 @@ def perform(task: Task) -> TaskResult:
     try:
         directory.mkdir(parents=True, exist_ok=True)
         with locked(directory / 'claim', str(directory), CLAIM_WAIT_S):
-            {'evolve': _evolve, 'rescore': _rescore}[task.kind](task, place, directory)
+            pause = Pause(place.path, directory)
+            pause.wait()
+            {'evolve': _evolve, 'rescore': _rescore}[task.kind](task, place, directory, pause)
     except OSError as error:
         if error.errno in NO_SPACE:
             return TaskResult(f'{directory}: no space left to write ({error.strerror}); free some '
@@ -107,19 +115,32 @@ def run_config(config: StudyConfig, run: RunSpec) -> RunConfig:
         vocabulary=config.vocabulary)
 
 
-def _evolve(task: Task, place: StudyDirectory, directory: Path) -> None:
+def _check_results(task: Task) -> None:
+    """Refuse work where the engine returns other results than where the study was taken up."""
+    config, body = task.config, task.run.body
+    here = results_sha256(config.engine, config.precision, body, config.objective)
+    asked = task.identity['results_sha256']
+    if here != asked:
+        raise StudyError(f'{task.run.run_id}: the engine of {socket.gethostname()} returns other '
+                         f'results for {body} ({here[:12]}) than the study has ({asked[:12]}); use '
+                         'the same program, packages and kind of processor for all workers')
+
+
+def _evolve(task: Task, place: StudyDirectory, directory: Path, pause: Pause) -> None:
     _own(directory, task.identity)
     log = directory / 'journal.jsonl'
     wanted, generations = task.run, task.config.generations
     cpu_s = None
     if not place.done(wanted, generations):
+        _check_results(task)
         append_line(log, 'started', generations=generations)
         config = run_config(task.config, wanted)
         began = time.process_time()
-        evolve(config, directory, _reporter(directory / 'progress.json'),
+        evolve(config, directory, _reporter(directory / 'progress.json', pause),
                vectors=vectors(task.config.vocabulary,
                                (word for word, _ in config.words + config.held_out)),
-               evaluator=_evaluator(config.engine, config.body, config.precision))
+               evaluator=_evaluator(config.engine, config.body, config.precision),
+               program={'results_sha256': task.identity['results_sha256']})
         cpu_s = round(time.process_time() - began, 3)
     if not any(event.get('event') == 'completed' and event.get('generations') == generations
                for event in journal(log)):
@@ -154,12 +175,14 @@ def rescored(task: Task, directory: Path) -> bool:
     return path.exists() and read_json(path).get('settings') == rescoring_settings(task)
 
 
-def _rescore(task: Task, _place: StudyDirectory, directory: Path) -> None:
+def _rescore(task: Task, _place: StudyDirectory, directory: Path, pause: Pause) -> None:
     if rescored(task, directory):
         return
+    _check_results(task)
     network = load_result(directory).network
     columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
     for trial in trials(task.config, task.run, load_lexicon(), in_pybullet=task.in_pybullet):
+        pause.wait()
         heard = vectors(task.config.vocabulary, (word.word for word in trial.words))
         rows = rescore(network, task.run, trial, _evaluator(
             trial.engine, task.run.body, task.config.precision), heard)
@@ -176,12 +199,18 @@ def _evaluator(engine: str, body: str, precision: str) -> Evaluator:
     return make_evaluator(engine, described, WORLDS[described.world], precision=precision)
 
 
-def _reporter(path: Path) -> Callable[[Progress], None]:
-    """Return a callback that leaves a run's progress in a file, at most once a second."""
+def _reporter(path: Path, pause: Pause) -> Callable[[Progress], None]:
+    """
+    Return a callback for the end of each generation.
+
+    It leaves the run's progress in a file, at most once a second, and waits while the study is
+    paused.
+    """
     last = time.monotonic()
 
     def report(progress: Progress) -> None:
         nonlocal last
+        pause.wait()
         now = time.monotonic()
         if now - last < 1.0:
             return

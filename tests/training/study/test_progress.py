@@ -13,7 +13,7 @@ from training.study.tasks import Task, TaskResult
 
 
 def test_an_estimate_rests_on_the_runs_that_are_over() -> None:
-    estimate = Estimate(1000, {'paper-quadruped': [0.02, 0.04]})
+    estimate = Estimate({'paper-quadruped': [0.02, 0.04]})
     assert estimate.seconds({'paper-quadruped': 3000}, workers=2) == pytest.approx(45.0)
     # A body of which nothing is known costs what the others do, until it is known.
     assert estimate.seconds({'paper-minimal': 1000}, workers=1) == pytest.approx(30.0)
@@ -22,8 +22,8 @@ def test_an_estimate_rests_on_the_runs_that_are_over() -> None:
 
 
 def test_nothing_known_nothing_promised() -> None:
-    assert Estimate(10, {}).seconds({'paper-quadruped': 10}, workers=2) is None
-    assert Estimate(10, {'a': [1.0]}).seconds({'a': 10}, workers=0) is None
+    assert Estimate({}).seconds({'paper-quadruped': 10}, workers=2) is None
+    assert Estimate({'a': [1.0]}).seconds({'a': 10}, workers=0) is None
 
 
 def shown(terminal: bool) -> str:
@@ -32,7 +32,7 @@ def shown(terminal: bool) -> str:
     output = StringIO()
     console = Console(file=output, force_terminal=terminal, width=160)
     with Display(console) as display:
-        display.begin('evolve', study, tasks, {})
+        display.begin(('evolve',), study, tasks, {})
         display.show(2, [Running(tasks[0], 3, 0.5)])
         display.finished(tasks[0], TaskResult(seconds=6.0))
         display.finished(tasks[1], TaskResult(error='run [b]: no space left'))

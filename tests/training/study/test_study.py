@@ -68,7 +68,7 @@ def test_every_run_says_where_it_comes_from(done: Path) -> None:
     for path in paths:
         value = json.loads(path.read_text())
         assert value['identity']['engine'] == 'batched'
-        assert len(value['identity']['sources_sha256']) == 64
+        assert len(value['identity']['results_sha256']) == 64
         assert len(value['identity']['vocabulary_sha256']) == 64
         assert value['environment']['packages']['numpy']
 
@@ -102,7 +102,7 @@ def test_more_generations_take_the_same_runs_further(tmp_path: Path) -> None:
         run_inline(plain(), tmp_path / 'grown')
 
 
-@pytest.mark.parametrize('what', ['program_version', 'sources_sha256', 'vocabulary_sha256'])
+@pytest.mark.parametrize('what', ['results_sha256', 'vocabulary_sha256', 'objective'])
 def test_a_run_of_another_program_or_vocabulary_is_refused(done: Path, what: str) -> None:
     path = sorted(done.glob('runs/*/provenance.json'))[0]
     kept = path.read_bytes()

@@ -73,16 +73,22 @@ def run(session: Session, terminal: Terminal, path: Path, guard: Guard | None) -
             continue
         if key in ('q', _CTRL_C, _CTRL_D):
             session.relax()
+            if not session.saved and key == _CTRL_D:
+                terminal.print('NOT SAVED: what was found is lost')
             if session.saved or leaving or key == _CTRL_D:
                 return
             session.message = 'NOT SAVED: s saves, q again leaves without'
             leaving = True
         elif key == 's':
             try:
-                calibration.save(session.finished(), path)
-                session.saved = True
+                finished = session.finished()
+                calibration.save(finished, path)
+                session.saved = session.in_file = True
                 session.message = f'saved {path}'
+                if finished.problem:
+                    session.message += f'; {finished.problem}'
             except (CalibrationError, OSError) as error:
+                session.saved = False
                 session.message = f'not saved: {error}'
         else:
             leaving = False
@@ -90,12 +96,13 @@ def run(session: Session, terminal: Terminal, path: Path, guard: Guard | None) -
         terminal.print(session.show())
 
 
-def start_from(path: Path) -> tuple[Calibration, str]:
-    """Return the calibration to begin with, and where it came from."""
+def start_from(path: Path) -> tuple[Calibration, str, bool]:
+    """Return the calibration to begin with, where it came from, and whether that is the file."""
     try:
-        return calibration.load(path), f'beginning from {path}'
+        return calibration.load(path), f'beginning from {path}', True
     except CalibrationError as error:
-        return calibration.nominal(), f'beginning from nominal values ({error})'
+        return (calibration.nominal(calibrated=False),
+                f'beginning from nominal values ({error})', False)
 
 
 def main() -> None:
@@ -110,8 +117,10 @@ def main() -> None:
     path = arguments.file.expanduser()
     try:
         if arguments.seal:
-            calibration.seal(path)
+            sealed = calibration.seal(path)
             print(f'calibrate: {path} is in order; its checksum is new')
+            for note in filter(None, (sealed.problem, *(servo.doubt for servo in sealed.servos))):
+                print(f'calibrate: but {note}')
         else:
             _calibrate(path, arguments.transport)
     except (OSError, ValueError, ChipStateError, RuntimeError) as error:
@@ -123,7 +132,7 @@ def _calibrate(path: Path, transport_name: str) -> None:
         raise ValueError('expected a terminal; over SSH use `ssh -t`')
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _end)
-    start, origin = start_from(path)
+    start, origin, in_file = start_from(path)
     transport = open_transport(transport_name, exclusive=True)
     bank = ServoBank(transport, range(16), address=start.board.address,
                      oscillator_hz=start.board.oscillator_hz,
@@ -133,7 +142,7 @@ def _calibrate(path: Path, transport_name: str) -> None:
     try:
         with Terminal() as terminal:
             terminal.print(origin)
-            run(Session(bank, start), terminal, path, guard)
+            run(Session(bank, start, in_file), terminal, path, guard)
     except _Ended:
         return
     finally:

@@ -18,6 +18,8 @@ from typing import Any
 
 import yaml
 
+from w2b_core.sensor_frames import shown
+from w2b_hw import plain_yaml
 from w2b_hw.joints import JOINTS, limit_rad
 
 FORMAT, VERSION = 'w2b-calibration', 1
@@ -26,7 +28,10 @@ SHORTEST_US, LONGEST_US = 500.0, 2500.0
 NOMINAL_ZERO_US = 1500.0
 #: 2000 us for 180 degrees: the nominal micro servo.
 NOMINAL_US_PER_RAD = 2000.0 / math.pi
+#: What servos turn by: those of 270 and of 120 degrees are within it, a wrong mark is often not.
+PLAUSIBLE_US_PER_RAD = (400.0, 900.0)
 _ROUNDING_US = 5.0
+HOW_TO_FINISH = 'find zero (z) and mark (m) of each with `ros2 run w2b_hw calibrate`'
 HOW_TO_MAKE = 'make one with `ros2 run w2b_hw calibrate`'
 
 
@@ -48,7 +53,7 @@ class Board:
 
     def __post_init__(self) -> None:
         """Check the ranges (CalibrationError)."""
-        _expect('board', 'address', self.address, 0x40, 0x7F)
+        _expect_whole('board', 'address', self.address, 0x40, 0x7F)
         _expect('board', 'oscillator_hz', self.oscillator_hz, 20e6, 30e6)
         _expect('board', 'frequency_hz', self.frequency_hz, 40.0, 60.0)
 
@@ -68,6 +73,9 @@ class Servo:
         Pulse at angle 0, and how much it changes for a radian.
     min_us, max_us, min_rad, max_rad
         The range in which it turns freely, as pulses and as angles. Both hold.
+    calibrated
+        Whether a person found its zero and its mark on this robot. The servos of the emulated,
+        ideal robot count as calibrated.
 
     """
 
@@ -80,13 +88,19 @@ class Servo:
     max_us: float = LONGEST_US
     min_rad: float = -math.radians(45)
     max_rad: float = math.radians(45)
+    calibrated: bool = True
 
     def __post_init__(self) -> None:
         """Check the ranges, and that pulses and angles agree (CalibrationError)."""
+        if not isinstance(self.joint, str):
+            raise CalibrationError(f'servo: joint: expected a name, got {self.joint!r}')
         name = f'servo {self.joint}'
-        _expect(name, 'channel', self.channel, 0, 15)
-        if self.direction not in (1, -1):
-            raise CalibrationError(f'{name}: direction: expected 1 or -1, got {self.direction}')
+        _expect_whole(name, 'channel', self.channel, 0, 15)
+        if type(self.direction) is not int or self.direction not in (1, -1):
+            raise CalibrationError(f'{name}: direction: expected 1 or -1, got {self.direction!r}')
+        if not isinstance(self.calibrated, bool):
+            raise CalibrationError(f'{name}: calibrated: expected true or false, '
+                                   f'got {self.calibrated!r}')
         _expect(name, 'us_per_rad', self.us_per_rad, 200.0, 2000.0)
         _expect(name, 'min_us', self.min_us, SHORTEST_US, LONGEST_US)
         _expect(name, 'max_us', self.max_us, self.min_us, LONGEST_US)
@@ -99,6 +113,15 @@ class Servo:
                 raise CalibrationError(
                     f'{name}: {field} {angle_rad:.3f} rad needs a pulse of {pulse_us:.0f} us, '
                     f'outside its {self.min_us:.0f}..{self.max_us:.0f} us', 'calibrate it again')
+
+    @property
+    def doubt(self) -> str:
+        """What about it is implausible; empty if nothing is."""
+        low, high = PLAUSIBLE_US_PER_RAD
+        if low <= self.us_per_rad <= high:
+            return ''
+        return (f'{self.joint}: {self.us_per_rad:.0f} us/rad, where servos have {low:.0f} to '
+                f'{high:.0f}: was it really at its mark?')
 
     def pulse_us(self, angle_rad: float) -> float:
         """Return the pulse for an angle, within the servo's limits whatever the angle."""
@@ -136,11 +159,21 @@ class Calibration:
         ordered = sorted(self.servos, key=lambda servo: JOINTS.index(servo.joint))
         object.__setattr__(self, 'servos', tuple(ordered))
 
+    @property
+    def problem(self) -> str:
+        """Why it must not drive a robot though all values are in order; empty if it may."""
+        lacking = [servo.joint for servo in self.servos if not servo.calibrated]
+        if not lacking:
+            return ''
+        return (f'{len(self.servos) - len(lacking)} of {len(self.servos)} servos are calibrated; '
+                f'not {shown(lacking)}')
 
-def nominal() -> Calibration:
-    """Return what an ideal robot would have: for the emulated one, and to start calibrating."""
+
+def nominal(calibrated: bool = True) -> Calibration:
+    """Return what an ideal robot has; to start calibrating from, it is not `calibrated`."""
     return Calibration(Board(), tuple(
-        Servo(joint, channel, min_rad=-limit_rad(joint), max_rad=limit_rad(joint))
+        Servo(joint, channel, min_rad=-limit_rad(joint), max_rad=limit_rad(joint),
+              calibrated=calibrated)
         for channel, joint in enumerate(JOINTS)))
 
 
@@ -164,16 +197,28 @@ def load(path: Path) -> Calibration:
 
 def _document(path: Path) -> Any:
     try:
-        return yaml.safe_load(path.read_text(encoding='utf-8'))
+        return plain_yaml.load(path.read_text(encoding='utf-8'))
     except FileNotFoundError:
         raise CalibrationError(f'no calibration file at {path}', HOW_TO_MAKE) from None
+    except RecursionError:
+        raise CalibrationError(f'{path} cannot be read (too deep)', HOW_TO_MAKE) from None
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         reason = (isinstance(error, OSError) and error.strerror) or str(error).splitlines()[0]
         raise CalibrationError(f'{path} cannot be read ({reason})', HOW_TO_MAKE) from None
 
 
 def save(calibration: Calibration, path: Path) -> None:
-    """Write the file, whole or not at all."""
+    """
+    Write the file, whole or not at all, and read it back.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    CalibrationError
+        If what is read back is not what was written.
+
+    """
     body: dict[str, Any] = {'format': FORMAT, 'version': VERSION,
                             'board': asdict(calibration.board),
                             'servos': [asdict(servo) for servo in calibration.servos]}
@@ -189,6 +234,14 @@ def save(calibration: Calibration, path: Path) -> None:
         os.replace(aside, path)
     finally:
         aside.unlink(missing_ok=True)
+    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        # Else the name may still be that of the old file after a power cut.
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+    if load(path) != calibration:
+        raise CalibrationError(f'{path} does not hold what was written', 'save it elsewhere')
 
 
 def checksum(body: Mapping[str, Any]) -> str:
@@ -199,9 +252,7 @@ def checksum(body: Mapping[str, Any]) -> str:
 
 def _parsed(document: Any) -> Calibration:
     body = dict(_mapping('file', document, ('format', 'version', 'board', 'servos', 'checksum')))
-    if (body['format'], body['version']) != (FORMAT, VERSION):
-        raise CalibrationError(f'expected {FORMAT} version {VERSION}, got {body["format"]!r} '
-                               f'version {body["version"]!r}', HOW_TO_MAKE)
+    _check_version(body)
     stated = body.pop('checksum')
     try:
         actual = checksum(body)
@@ -214,8 +265,12 @@ def _parsed(document: Any) -> Calibration:
     return _built(body)
 
 
-def seal(path: Path) -> None:
-    """Give a file that was edited by hand a new checksum, if all else in it is in order."""
+def seal(path: Path) -> Calibration:
+    """
+    Give a file that was edited by hand a new checksum, if all else in it is in order; return it.
+
+    Raises what `load` does.
+    """
     document = _document(path)
     try:
         built = _built(dict(_mapping('file', document,
@@ -223,15 +278,26 @@ def seal(path: Path) -> None:
     except CalibrationError as error:
         raise CalibrationError(f'{path}: {error.problem}', error.fix) from None
     save(built, path)
+    return built
 
 
 def _built(body: Mapping[str, Any]) -> Calibration:
+    _check_version(body)
     if not isinstance(body['servos'], list):
         raise CalibrationError(f'servos: expected a list, got {type(body["servos"]).__name__}')
     board = Board(**_mapping('board', body['board'], _names(Board)))
-    servos = [Servo(**_mapping(f'servos[{n}]', servo, _names(Servo)))
+    # A file from before servos were marked says of none that it was calibrated.
+    servos = [Servo(**_mapping(f'servos[{n}]', {'calibrated': False, **servo}
+                               if isinstance(servo, dict) else servo, _names(Servo)))
               for n, servo in enumerate(body['servos'])]
     return Calibration(board, tuple(servos))
+
+
+def _check_version(body: Mapping[str, Any]) -> None:
+    given = (body['format'], body['version'])
+    if given != (FORMAT, VERSION) or type(body['version']) is not int:
+        raise CalibrationError(f'expected {FORMAT} version {VERSION}, got {given[0]!r} '
+                               f'version {given[1]!r}', HOW_TO_MAKE)
 
 
 def _names(kind: type[Board] | type[Servo]) -> Sequence[str]:
@@ -248,6 +314,12 @@ def _mapping(where: str, value: Any, names: Sequence[str]) -> Mapping[str, Any]:
         raise CalibrationError(f'{where}: missing {missing or "none"}, unknown '
                                f'{unknown or "none"}', HOW_TO_MAKE)
     return value
+
+
+def _expect_whole(where: str, field: str, value: Any, low: int, high: int) -> None:
+    if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
+        raise CalibrationError(f'{where}: {field}: expected {low} to {high}, got {value!r}'
+                               + ('' if isinstance(value, int) else ', which is no whole number'))
 
 
 def _expect(where: str, field: str, value: Any, low: float, high: float) -> None:

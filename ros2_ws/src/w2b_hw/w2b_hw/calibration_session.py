@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from w2b_hw.calibration import (
     LONGEST_US,
+    PLAUSIBLE_US_PER_RAD,
     SHORTEST_US,
     Board,
     Calibration,
@@ -22,14 +23,16 @@ from w2b_hw.joints import limit_rad
 from w2b_hw.servo_bank import CHANNELS, ChipStateError, ServoBank
 
 SMALL_US, LARGE_US = 5.0, 20.0
-#: The angle of the second mark: a set square fits it.
+#: The angle of the second mark where the joint's limits allow it: a set square fits it.
 MARK_RAD = math.radians(45)
+#: What has to be found for a servo to be calibrated, and the key that says so.
+NEEDED = {'zero': 'z', 'mark': 'm'}
 OSCILLATOR_STEP_HZ = 50e3
 
 HELP = """\
  n p   next, previous servo (relaxes)     e     energise this servo, or relax it
  . ,   5 us longer, shorter               > <   20 us longer, shorter
- z     here the joint is at zero          m     here it is at +45 degrees
+ z     here the joint is at zero          m     here it is at its mark: +45 degrees, hips +30
  l u   here its range ends (short, long)  d     turn the direction round
  + -   board clock 50 kHz up, down        x     undo
  s     save                               q     relax and leave"""
@@ -41,11 +44,19 @@ class Draft:
 
     board: Board
     servos: tuple[dict[str, float | int | str], ...]
+    #: Of each servo, what was found of `NEEDED`.
+    found: tuple[frozenset[str], ...]
 
     def finished(self) -> Calibration:
         """Return the calibration (CalibrationError if the values do not belong together)."""
-        return Calibration(self.board, tuple(Servo(**servo)  # type: ignore[arg-type]
-                                             for servo in self.servos))
+        return Calibration(self.board, tuple(
+            Servo(**{**servo, 'calibrated': found >= set(NEEDED)})  # type: ignore[arg-type]
+            for servo, found in zip(self.servos, self.found, strict=True)))
+
+
+def mark_rad(joint: str) -> float:
+    """Return the angle of the second mark, which is within the joint's limits."""
+    return min(MARK_RAD, limit_rad(joint))
 
 
 class Session:
@@ -58,12 +69,17 @@ class Session:
         Connected, all off.
     start
         Where to begin from: the last calibration, or the nominal one.
+    in_file
+        Whether `start` is from the file that `s` saves to.
 
     """
 
-    def __init__(self, bank: ServoBank, start: Calibration) -> None:
+    def __init__(self, bank: ServoBank, start: Calibration, in_file: bool = False) -> None:
         self._bank = bank
-        self._draft = Draft(start.board, tuple(vars(servo).copy() for servo in start.servos))
+        self._draft = Draft(start.board, tuple(vars(servo).copy() for servo in start.servos),
+                            tuple(frozenset(NEEDED if servo.calibrated else ())
+                                  for servo in start.servos))
+        self.in_file = in_file
         self._undo: list[Draft] = []
         self._index = 0
         self._pulse_us = 0.0
@@ -119,14 +135,18 @@ class Session:
 
     def show(self) -> str:
         """Return the screen: one line for the servo, one for the last key."""
-        servo = self._servo
+        servo, found = self._servo, self._draft.found
+        lacking = [key for name, key in NEEDED.items() if name not in found[self._index]]
+        done = sum(one >= set(NEEDED) for one in found)
+        kept = 'NOT SAVED' if not self.saved else 'saved' if self.in_file else 'not in a file'
         direction = '+' if servo['direction'] == 1 else '-'
         return (f'[{self._index + 1:2d}/{len(self._draft.servos)}] {servo["joint"]:<18} '
                 f'channel {servo["channel"]:2d}  {"DRIVEN " if self._driven else "relaxed"} '
                 f'{self._pulse_us:6.0f} us | zero {servo["zero_us"]:6.1f}  {direction}'
                 f'{servo["us_per_rad"]:.1f} us/rad  range {servo["min_us"]:.0f}..'
                 f'{servo["max_us"]:.0f} us | clock {self._draft.board.oscillator_hz / 1e6:.2f} MHz'
-                f' | {"saved" if self.saved else "NOT SAVED"}\n{self.message}')
+                f' | {"lacks " + " and ".join(lacking) if lacking else "calibrated"}, '
+                f'{done} of {len(found)} done | {kept}\n{self.message}')
 
     # -- moving
 
@@ -172,24 +192,30 @@ class Session:
         return self._draft.servos[self._index]
 
     def _zero(self) -> None:
-        self._change('zero is here', zero_us=self._pulse_us)
+        self._change('zero is here', 'zero', zero_us=self._pulse_us)
 
     def _mark(self) -> None:
         from_zero_us = self._pulse_us - float(self._servo['zero_us'])
+        angle_rad = mark_rad(str(self._servo['joint']))
         if abs(from_zero_us) < LARGE_US:
-            self.message = 'move it to +45 degrees first: it is at zero'
+            self.message = f'move it to {math.degrees(angle_rad):+.0f} degrees first: it is at zero'
             return
-        self._change('+45 degrees is here', direction=1 if from_zero_us > 0 else -1,
-                     us_per_rad=abs(from_zero_us) / MARK_RAD)
+        slope = abs(from_zero_us) / angle_rad
+        low, high = PLAUSIBLE_US_PER_RAD
+        doubt = '' if low <= slope <= high else (
+            f'; BUT {slope:.0f} us/rad is implausible (servos have {low:.0f} to {high:.0f}): '
+            'is it really there?')
+        self._change(f'{math.degrees(angle_rad):+.0f} degrees is here{doubt}', 'mark',
+                     direction=1 if from_zero_us > 0 else -1, us_per_rad=slope)
 
     def _shortest(self) -> None:
-        self._change('the range ends here', min_us=self._pulse_us)
+        self._change('the range ends here', None, min_us=self._pulse_us)
 
     def _longest(self) -> None:
-        self._change('the range ends here', max_us=self._pulse_us)
+        self._change('the range ends here', None, max_us=self._pulse_us)
 
     def _turn_round(self) -> None:
-        self._change('direction turned round', direction=-int(self._servo['direction']))
+        self._change('direction turned round', None, direction=-int(self._servo['direction']))
 
     def _clock(self, by_hz: float) -> None:
         self.relax()
@@ -199,9 +225,11 @@ class Session:
         except CalibrationError as error:
             self.message = str(error)
             return
-        self._keep(replace(self._draft, board=board))
+        # Every pulse is another one now.
+        self._keep(replace(self._draft, board=board, found=(frozenset(),) * len(self._draft.found)))
         self._bank.set_oscillator(board.oscillator_hz)
-        self.message = 'clock changed, relaxed: measure a pulse of 1500 us again'
+        self.message = ('clock changed, relaxed: measure a pulse of 1500 us again; all servos have '
+                        'to be calibrated after it')
 
     def _rewire(self, step: int) -> None:
         """Say that this joint hangs on another channel; the joint that had it gets this one's."""
@@ -211,10 +239,13 @@ class Session:
         swap = {old: new, new: old}
         servos = tuple({**servo, 'channel': swap.get(int(servo['channel']), servo['channel'])}
                        for servo in self._draft.servos)
-        self._keep(replace(self._draft, servos=servos))
-        self.message = f'channel {new}, relaxed'
+        # What was found was found of another servo.
+        found = tuple(frozenset[str]() if servo != before else one for servo, before, one
+                      in zip(servos, self._draft.servos, self._draft.found, strict=True))
+        self._keep(replace(self._draft, servos=servos, found=found))
+        self.message = f'channel {new}, relaxed: calibrate it, and the joint that had this channel'
 
-    def _change(self, message: str, **values: float | int) -> None:
+    def _change(self, message: str, found: str | None, **values: float | int) -> None:
         servo = {**self._servo, **values}
         # The angles' range follows the pulses': what is reachable, within the joint's limits.
         limits = sorted(int(servo['direction']) * (float(servo[end]) - float(servo['zero_us']))
@@ -224,7 +255,9 @@ class Session:
         servo['max_rad'] = min(limits[1], most_rad)
         servos = list(self._draft.servos)
         servos[self._index] = servo
-        self._keep(replace(self._draft, servos=tuple(servos)))
+        all_found = list(self._draft.found)
+        all_found[self._index] |= {found} if found else set()
+        self._keep(replace(self._draft, servos=tuple(servos), found=tuple(all_found)))
         self.message = message
 
     def _keep(self, draft: Draft) -> None:

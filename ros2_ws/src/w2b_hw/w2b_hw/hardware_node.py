@@ -26,7 +26,6 @@ from w2b_core.trajectory import TrajectoryError
 from w2b_hw import calibration, messages
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
-from w2b_hw.imu.orientation import HEADING_VARIANCE, NO_HEADING_VARIANCE
 from w2b_hw.imu.part import ImuError, Part, Sample
 from w2b_hw.io_thread import IoThread
 from w2b_hw.joints import BODY
@@ -71,10 +70,14 @@ PARAMETERS = (
     Parameter('calibration', DEFAULT_CALIBRATION,
               'Calibration file. Emulated chips need none: an ideal robot is the default there.',
               when=When.CONFIGURE),
+    Parameter('allow_uncalibrated', False, 'Arm though nobody calibrated some of the servos.',
+              when=When.CONFIGURE),
     Parameter('imu', registry.AUTO, f'One of {", ".join(registry.CHOICES)}.',
               when=When.CONFIGURE, check=_check_imu),
     Parameter('use_magnetometer', False, 'Heading from the magnetic field, which servos bend.',
               when=When.CONFIGURE),
+    Parameter('watch_posture', True, 'Hold, then turn off when the IMU says that the robot fell '
+              'or was picked up.', when=When.CONFIGURE),
     Parameter('imu_frame_id', 'imu_link', 'Frame of the IMU messages.', check=check_frame_id),
 )
 _BATTERY_EVERY_S = 1.0
@@ -128,6 +131,9 @@ class HardwareNode(ManagedNode):
     def _text(self, name: str) -> str:
         return str(self.get_parameter(name).value)
 
+    def _flag(self, name: str) -> bool:
+        return bool(self.get_parameter(name).value)
+
     # -- lifecycle
 
     def configure(self) -> None:
@@ -143,7 +149,11 @@ class HardwareNode(ManagedNode):
         found = self._calibration(name)
         self._bus = FrameBudget(open_transport(name, exclusive=True))
         self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ,
-                            use_magnetometer=bool(self.get_parameter('use_magnetometer').value))
+                            use_magnetometer=self._flag('use_magnetometer'),
+                            watch_posture=self._flag('watch_posture'),
+                            allow_uncalibrated=self._flag('allow_uncalibrated'))
+        for note in filter(None, (found.problem, *(servo.doubt for servo in found.servos))):
+            self.get_logger().warning(f'calibration: {note}')
         # Before all else: a chip that a crash left driven is off.
         self._robot.connect()
         self._part = registry.find(self._bus, self._text('imu'))
@@ -243,10 +253,8 @@ class HardwareNode(ManagedNode):
             raw = messages.imu_raw(sample, part, frame_id, stamp)
             if raw_heard:
                 self._imu_raw.publish(raw)
-            if data_heard and report.orientation is not None:
-                heading = HEADING_VARIANCE if self.get_parameter('use_magnetometer').value \
-                    else NO_HEADING_VARIANCE
-                self._imu_data.publish(messages.imu_data(raw, report.orientation, heading))
+            if data_heard:
+                self._imu_data.publish(messages.imu_data(raw, report))
         if sample.field_t is not None and self._imu_mag.get_subscription_count():
             self._imu_mag.publish(messages.magnetic_field(sample.field_t, part, frame_id, stamp))
 
@@ -360,6 +368,7 @@ class HardwareNode(ManagedNode):
         fresh = time.monotonic() - self._refused_at_s < _REFUSAL_SHOWN_S
         return messages.statuses(
             self._last, imu='no IMU' if self._part is None else self._part.name,
+            wants_heading=self._flag('use_magnetometer'),
             targets={'accepted': str(self._gate.accepted), 'refused': str(self._gate.refused)},
             refusal=self._refusal if fresh else '',
             frames={'late_ms_median': f'{late_ms[len(late_ms) // 2]:.2f}',

@@ -8,7 +8,7 @@ from builtin_interfaces.msg import Time
 from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
 
 from w2b_core.status import Level, Status
-from w2b_hw.imu.orientation import TILT_VARIANCE
+from w2b_hw.imu.orientation import NO_HEADING_VARIANCE
 from w2b_hw.imu.part import Part, Sample
 from w2b_hw.joints import JOINTS
 from w2b_hw.robot import Report
@@ -47,15 +47,18 @@ def imu_raw(sample: Sample, part: type[Part], frame_id: str, stamp: Time) -> Imu
     return message
 
 
-def imu_data(raw: Imu, orientation: Sequence[float], yaw_variance: float) -> Imu:
-    """Return the raw message with an orientation (x, y, z, w)."""
+def imu_data(raw: Imu, report: Report) -> Imu:
+    """Return the raw message with the orientation, which is not reported while it is not known."""
+    if report.orientation is None:
+        return raw
     message = Imu(header=raw.header, angular_velocity=raw.angular_velocity,
                   angular_velocity_covariance=raw.angular_velocity_covariance,
                   linear_acceleration=raw.linear_acceleration,
                   linear_acceleration_covariance=raw.linear_acceleration_covariance)
     turn = message.orientation
-    turn.x, turn.y, turn.z, turn.w = orientation
-    message.orientation_covariance = _diagonal([TILT_VARIANCE, TILT_VARIANCE, yaw_variance])
+    turn.x, turn.y, turn.z, turn.w = report.orientation
+    message.orientation_covariance = _diagonal(
+        [report.tilt_variance, report.tilt_variance, report.yaw_variance])
     return message
 
 
@@ -84,8 +87,8 @@ def battery(report: Report, stamp: Time) -> BatteryState:
     return message
 
 
-def statuses(report: Report, *, imu: str, targets: Mapping[str, str], refusal: str,
-             frames: Mapping[str, str]) -> list[Status]:
+def statuses(report: Report, *, imu: str, wants_heading: bool, targets: Mapping[str, str],
+             refusal: str, frames: Mapping[str, str]) -> list[Status]:
     """Return the state of each part, named `hardware: part` (REP-107)."""
     levels = {State.FAULT: Level.ERROR, State.HOLD: Level.WARN, State.PARK: Level.WARN}
     off = report.off_confirmed or any(report.pulses_us)
@@ -99,13 +102,27 @@ def statuses(report: Report, *, imu: str, targets: Mapping[str, str], refusal: s
                 'duty_used_s': f'{report.duty_used_s:.0f}'}),
         Status(Level.ERROR if report.bus_error else Level.OK, 'hardware: servos',
                report.bus_error or 'servo chip in order', {'retries': str(report.retried)}),
-        Status(Level.ERROR if report.imu_error else Level.OK, 'hardware: imu',
-               report.imu_error or f'{imu} in order'),
+        _imu_status(report, imu, wants_heading),
         Status(supply[0], 'hardware: power', supply[1]),
         Status(Level.WARN if refusal else Level.OK, 'hardware: targets',
                refusal or 'no target was refused lately', targets),
         Status(Level.OK, 'hardware: frames', 'frames on time', frames),
     ]
+
+
+def _imu_status(report: Report, imu: str, wants_heading: bool) -> Status:
+    name = 'hardware: imu'
+    if report.imu_error:
+        return Status(Level.ERROR, name, report.imu_error)
+    if report.sample is None:
+        return Status(Level.OK, name, f'{imu} in order')
+    if report.orientation is None:
+        return Status(Level.OK, name, f'{imu} in order; its orientation is not known yet')
+    known = report.yaw_variance < NO_HEADING_VARIANCE
+    if wants_heading and not known:
+        return Status(Level.WARN, name, f'{imu} in order; heading unknown: no magnetic field comes')
+    return Status(Level.OK, name, f'{imu} in order; '
+                  f'{"heading by the magnetic field" if known else "no heading"}')
 
 
 def _diagonal(variances: Sequence[float]) -> list[float]:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from w2b_hw import calibration, command_line
 from w2b_hw.calibrate import DEFAULT_PATH
-from w2b_hw.calibration import CalibrationError
+from w2b_hw.calibration import HOW_TO_FINISH, CalibrationError
 from w2b_hw.imu import registry
 from w2b_hw.imu.part import ImuError
 from w2b_hw.power import HWMON, Power
@@ -93,13 +93,20 @@ def check_imu(transport: Transport, choice: str) -> Check:
     return Check(Grade.OK, 'imu', 'none wanted' if part is None else part.name)
 
 
-def check_calibration(path: Path) -> Check:
-    """Load the calibration file."""
+def check_calibration(path: Path, allow_uncalibrated: bool = False) -> Check:
+    """Load the calibration file; servos that nobody calibrated fail unless they are allowed."""
     try:
         found = calibration.load(path)
     except CalibrationError as error:
         return Check(Grade.FAIL, 'calibration', error.problem,
                      error.fix or 'ros2 run w2b_hw calibrate')
+    if found.problem:
+        return Check(Grade.WARN if allow_uncalibrated else Grade.FAIL, 'calibration',
+                     f'{path}: {found.problem}', HOW_TO_FINISH)
+    doubts = [servo.doubt for servo in found.servos if servo.doubt]
+    if doubts:
+        return Check(Grade.WARN, 'calibration', f'{path}: {doubts[0]}',
+                     'ros2 run w2b_hw calibrate')
     if found == calibration.nominal():
         return Check(Grade.WARN, 'calibration', f'{path} holds nominal values only',
                      'calibrate each servo before it carries a leg')
@@ -186,6 +193,8 @@ def main() -> None:
     parser.add_argument('--transport', default=DEFAULT_DEVICE, help='(default: %(default)s)')
     parser.add_argument('--calibration', type=Path, default=DEFAULT_PATH,
                         help='(default: %(default)s)')
+    parser.add_argument('--allow-uncalibrated', action='store_true',
+                        help='servos that nobody calibrated are a warning, no failure')
     parser.add_argument('--imu', choices=registry.CHOICES, default=registry.AUTO)
     arguments = parser.parse_args(command_line.own())
     path = arguments.calibration.expanduser()
@@ -199,8 +208,8 @@ def main() -> None:
     if arguments.transport.startswith('/'):
         checks.append(check_bus_clock(arguments.transport, Path('/sys/class/i2c-adapter')))
     checks += [Check(Grade.OK, 'calibration', 'emulated chips need none') if ideal
-               else check_calibration(path), check_power(Power(HWMON)), *check_modules(),
-               check_memory(Path('/proc/meminfo'))]
+               else check_calibration(path, arguments.allow_uncalibrated),
+               check_power(Power(HWMON)), *check_modules(), check_memory(Path('/proc/meminfo'))]
     for check in checks:
         print(check)
     failed = sum(check.grade is Grade.FAIL for check in checks)

@@ -11,10 +11,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from w2b_hw.calibration import Calibration
-from w2b_hw.imu.orientation import Orientation
+from w2b_hw.calibration import HOW_TO_FINISH, Calibration
+from w2b_hw.imu.orientation import LONGEST_GAP_PERIODS, Orientation
 from w2b_hw.imu.part import ImuError, Part, Sample
 from w2b_hw.joints import limit_rad
+from w2b_hw.posture import PostureWatch
 from w2b_hw.power import Power
 from w2b_hw.safety import DRIVEN, Command, Limits, Pose, Safety, State
 from w2b_hw.servo_bank import ChipStateError, ServoBank
@@ -33,7 +34,8 @@ class Report:
     What the robot is doing: all that the node publishes.
 
     Per joint, in the order of `joints.JOINTS`: `position_rad` and `velocity_rad_s` of what was
-    really sent, `pulses_us` with 0 for off.
+    really sent, `pulses_us` with 0 for off. `orientation` (x, y, z, w) is None while it is not
+    known; the variances (rad^2) are those of roll and pitch, and of yaw.
     """
 
     time_s: float
@@ -45,6 +47,8 @@ class Report:
     off_confirmed: bool
     sample: Sample | None
     orientation: tuple[float, float, float, float] | None
+    tilt_variance: float
+    yaw_variance: float
     imu_error: str | None
     bus_error: str | None
     undervoltage: bool | None
@@ -70,6 +74,10 @@ class Robot:
         None for the calibration's limits and the defaults of `safety.Limits`.
     use_magnetometer
         See `imu.orientation.Orientation`.
+    watch_posture
+        Whether to hold and relax when the IMU says that the robot fell or was picked up.
+    allow_uncalibrated
+        Whether to arm though nobody calibrated some servos.
     clock
         Monotonic seconds: tells that the process was stopped within a frame.
 
@@ -77,16 +85,20 @@ class Robot:
 
     def __init__(self, bus: FrameBudget, calibration: Calibration, power: Power, *,
                  rate_hz: float = 20.0, limits: Limits | None = None,
-                 use_magnetometer: bool = False,
+                 use_magnetometer: bool = False, watch_posture: bool = True,
+                 allow_uncalibrated: bool = False,
                  clock: Callable[[], float] = time.monotonic) -> None:
         board = calibration.board
         self._servos = calibration.servos
+        self._uncalibrated = '' if allow_uncalibrated else calibration.problem
         self._bus = bus
         self._bank = ServoBank(self._bus, [servo.channel for servo in self._servos],
                                address=board.address, oscillator_hz=board.oscillator_hz,
                                frequency_hz=board.frequency_hz)
         self.safety = Safety(limits or limits_of(calibration), secrets.token_hex(4))
         self._imu: Part | None = None
+        self._watch_posture = watch_posture
+        self._posture = PostureWatch(1.0 / rate_hz)
         self._orientation: Orientation | None = None
         self._use_magnetometer = use_magnetometer
         self._clock = clock
@@ -101,7 +113,7 @@ class Robot:
         self._off_confirmed = False
         count = len(self._servos)
         self._report = Report(0.0, State.DISARMED, '', self.safety.limits.park_rad, (0.0,) * count,
-                              (0.0,) * count, False, None, None, None, None, None, 0, 0.0)
+                              (0.0,) * count, False, None, None, 0.0, 0.0, None, None, None, 0, 0.0)
 
     def connect(self) -> None:
         """Turn everything off and set the servo chip up (OSError, ChipStateError)."""
@@ -114,16 +126,23 @@ class Robot:
         self._imu = imu
         self._orientation = None if imu is None else Orientation(
             1.0 / self._period_s, imu.gyroscope_range_dps, self._use_magnetometer)
+        self._posture = PostureWatch(self._period_s)
 
     def arm(self, now_s: float) -> str | None:
         """Set the chip up anew and start energising; return None, or why not."""
         safety = self.safety
         if safety.state not in (State.DISARMED, State.FAULT):
             return f'already {safety.state.value}'
+        if self._uncalibrated:
+            return (f'{self._uncalibrated}: {HOW_TO_FINISH}, or set allow_uncalibrated:=true '
+                    'and start again')
         if self._power.undervoltage():
             return 'the supply is too low: charge or replace it, then arm again'
         if self._imu_failures >= FAULT_AFTER_FRAMES:
             return f'the IMU fails ({self._report.imu_error}): check it, or set imu:=none'
+        if self._watch_posture and self._posture.lies:
+            return (f'the robot does not stand: the IMU says that it is tilted by '
+                    f'{self._posture.tilt_deg:.0f} degrees; set it on its feet, then arm again')
         try:
             self.connect()
         except (OSError, ChipStateError) as error:
@@ -272,8 +291,20 @@ class Robot:
         self._imu_failures = 0
         elapsed_s = self._period_s if self._sampled_at_s is None else now_s - self._sampled_at_s
         self._sampled_at_s = now_s
-        self._report = replace(self._report, sample=sample, imu_error=None,
-                               orientation=self._orientation.update(sample, elapsed_s))
+        estimate = self._orientation
+        orientation = estimate.update(sample, elapsed_s)
+        self._report = replace(
+            self._report, sample=sample, imu_error=None, orientation=orientation,
+            tilt_variance=estimate.tilt_variance, yaw_variance=estimate.yaw_variance)
+        self._look_at_posture(sample, elapsed_s, now_s)
+
+    def _look_at_posture(self, sample: Sample, elapsed_s: float, now_s: float) -> None:
+        if elapsed_s > LONGEST_GAP_PERIODS * self._period_s:
+            self._posture.restart()
+        speeds = self._report.velocity_rad_s
+        event = self._posture.update(sample, sum(map(abs, speeds)) / len(speeds))
+        if event is not None and self._watch_posture:
+            self.safety.let_go(event, now_s)
 
     def _imu_failed(self, message: str, now_s: float) -> None:
         self._imu_failures += 1

@@ -6,6 +6,7 @@ Whether the servos may be driven, and where to: a pure state machine, time comes
         +-- targets stop +                         +---> PARK <------+ (500 ms, or asked to)
         +------------------------- parked ---------------+
     any state --fault--> FAULT --arm--> ARMING
+    ACTIVE, HOLD, PARK --fallen, picked up--> HOLD, then DISARMED; no target leads back
 
 There is no position feedback, so the first pulse of a servo is a jump: servos are energised one at
 a time, at the park pose. PARK always ends in DISARMED, and nothing but `arm` leads out of DISARMED
@@ -55,6 +56,9 @@ class Limits:
         Fastest change of a commanded angle; that of parking.
     hold_after_s, park_after_s
         Age of the last target at which the pose is held, and parking begins.
+    let_go_after_s
+        How long the pose is held when the robot fell or was picked up, before the servos are turned
+        off.
     park_at_most_s
         After which parking ends even if the pose was not reached.
     energise_every_s
@@ -74,6 +78,7 @@ class Limits:
     park_slew_rad_s: float = 1.0
     hold_after_s: float = 0.150
     park_after_s: float = 0.500
+    let_go_after_s: float = 1.0
     park_at_most_s: float = 2.0
     energise_every_s: float = 0.1
     stall_after_s: float = 0.25
@@ -128,6 +133,7 @@ class Safety:
         self._energised = 0
         self._energised_at_s = float('-inf')
         self._parking_since_s = 0.0
+        self._let_go_at_s: float | None = None
         self._stepped_at_s: float | None = None
         self._unconfirmed = False
 
@@ -189,9 +195,19 @@ class Safety:
         """Go to the park pose, then relax; nothing happens where the servos are off."""
         if self.state is State.ARMING:
             self._relax(State.DISARMED, reason)
-        elif self.state in (State.ACTIVE, State.HOLD):
+        elif self.state in (State.ACTIVE, State.HOLD) and self._let_go_at_s is None:
             self._enter(State.PARK, reason)
             self._parking_since_s = now_s
+
+    def let_go(self, reason: str, now_s: float) -> None:
+        """Hold the pose whatever the targets, then turn off: the robot fell or was picked up."""
+        if self.state is State.ARMING:
+            self._relax(State.DISARMED, reason)
+        elif self.state in DRIVEN and self._let_go_at_s is None:
+            # Parking would move legs in somebody's hands.
+            self._epochs += 1
+            self._enter(State.HOLD, reason)
+            self._let_go_at_s = now_s + self.limits.let_go_after_s
 
     def fault(self, reason: str) -> None:
         """Turn everything off, from any state; the first reason stays."""
@@ -210,7 +226,9 @@ class Safety:
     # -- time
 
     def due_s(self) -> float:
-        """Return when the machine next leaves its state by itself for want of a target."""
+        """Return when the machine next leaves its state by itself."""
+        if self._let_go_at_s is not None:
+            return self._let_go_at_s
         after_s = {State.ARMING: self.limits.hold_after_s, State.ACTIVE: self.limits.hold_after_s,
                    State.HOLD: self.limits.park_after_s}.get(self.state, float('inf'))
         return self._target_at_s + after_s
@@ -242,6 +260,10 @@ class Safety:
 
     def _watch_target(self, now_s: float) -> None:
         age_s, limits = self._age_s(now_s), self.limits
+        if self._let_go_at_s is not None:
+            if now_s >= self._let_go_at_s - _CLOCK_S:
+                self._relax(State.DISARMED, f'{self.reason}; held and relaxed')
+            return
         fresh = age_s < limits.hold_after_s
         if self.state is State.ARMING and not fresh:
             self._relax(State.DISARMED, 'targets stopped while arming')
@@ -288,6 +310,7 @@ class Safety:
 
     def _relax(self, state: State, reason: str) -> None:
         self._enter(state, reason)
+        self._let_go_at_s = None
         # A target is good for one arming: what was wanted before is not what is wanted after.
         self._target, self._target_at_s = None, float('-inf')
         # Where the joints are now is not known; they will be energised here.

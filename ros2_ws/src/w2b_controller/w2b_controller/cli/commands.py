@@ -39,6 +39,7 @@ for _name, _target, _about in (
         ('pause', f'{_ROBOT}:pause', 'stop the clock of a simulation, or let it go on'),
         ('status', f'{_ROBOT}:status', 'how brain and body are'),
         ('echo', f'{_ROBOT}:echo', 'print what is published on a topic'),
+        ('teach', 'w2b_controller.cli.teach:main', "add a word to a controller's ear"),
         ('brain', 'w2b_controller.brain:main', 'the node that hears words and moves a body'),
         ('sim', 'w2b_sim.sim:main', 'the node that simulates a body'),
         ('hardware', 'w2b_hw.node:main', 'the node that drives the servos of a robot'),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from w2b_core.controller.fields import ControllerFileError, Fields, Text, expect
 from w2b_core.controller.model import Controller, Motor
 from w2b_core.courses import Course
-from w2b_core.network.leaky import BLOCKS, LeakyNetwork
+from w2b_core.network.leaky import BLOCKS, Block, LeakyNetwork
 
 
 def dump(controller: Controller, network: LeakyNetwork) -> dict[str, Any]:
@@ -23,7 +24,8 @@ def dump(controller: Controller, network: LeakyNetwork) -> dict[str, Any]:
             'kind': 'leaky', 'sensors': list(controller.sensors),
             'motors': [{'joint': motor.joint, 'lower_rad': motor.lower_rad,
                         'upper_rad': motor.upper_rad} for motor in controller.motors],
-            **{block.name: getattr(network, block.name).tolist() for block in BLOCKS}},
+            **{block.name: getattr(network, block.name).tolist()
+               for block in _blocks(controller.sensors)}},
         'ear': controller.ear.to_json(),
     }
 
@@ -40,11 +42,11 @@ def load(top: Fields) -> dict[str, Any]:
     expect(kind == 'leaky', 'network.kind', "'leaky'", kind)
     sensors = network.texts('sensors')
     motors = tuple(_motor(fields) for fields in network.list_of_fields('motors'))
-    blocks = {block.name: _block(network, block.name, len(block.shape)) for block in BLOCKS}
-    # Rows of no number: there are no senses.
-    for name, rows in (('senses', 'hidden'), ('motor_senses', 'motor')):
-        if not sensors:
-            blocks[name] = np.zeros((len(blocks[rows]), 0))
+    blocks = {block.name: _block(network, block.name, len(block.shape))
+              for block in _blocks(sensors)}
+    if not sensors:
+        blocks['senses'] = np.zeros((len(blocks['hidden']), 0))
+        blocks['motor_senses'] = np.zeros((len(blocks['motor']), 0))
     try:
         net = LeakyNetwork(**blocks)
     except ValueError as error:
@@ -62,6 +64,11 @@ def load(top: Fields) -> dict[str, Any]:
             'behaviours': tuple(name for name, _course in behaviours),
             'courses': tuple(course for _name, course in behaviours),
             'vector_length': ear.vector_length}
+
+
+def _blocks(sensors: Sequence[str]) -> tuple[Block, ...]:
+    """Return the blocks that a file holds: without senses there are no synapses from them."""
+    return tuple(block for block in BLOCKS if sensors or 'S' not in block.shape)
 
 
 def _block(network: Fields, name: str, axes: int) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -185,6 +185,11 @@ class Listener:
 
     def judge_word(self, word: str) -> WordHeard:
         """Return what one word asks for by itself, by heart or by its vector."""
+        if word not in self.ear.words:
+            if word in english.TURNS:
+                return WordHeard(word, Role.DIRECTION)
+            if word in english.FUNCTION_WORDS or word.isdigit():
+                return WordHeard(word, Role.FUNCTION)
         known = self.vocabulary.find(word)
         if known is None:
             return WordHeard(word, Role.UNKNOWN)

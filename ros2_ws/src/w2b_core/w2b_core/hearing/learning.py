@@ -122,6 +122,12 @@ def train(lesson: Lesson, vocabulary: Vocabulary, metric: Metric, *,
         raise EarError(f'words: expected words of the vocabulary {vocabulary.source}, got '
                        f'{len(missing)} others, such as {missing[0]!r}')
     learned = fit(lesson, vocabulary, metric, sharpness=calibrate(lesson, vocabulary, metric))
+    return assemble(lesson, vocabulary, metric, learned, how)
+
+
+def assemble(lesson: Lesson, vocabulary: Vocabulary, metric: Metric, learned: Judge,
+             how: Mapping[str, Any] | None = None) -> Ear:
+    """Return the ear of a lesson and what was learned from it."""
     priority = tuple(sorted(lesson.behaviours, key=lambda name: (
         PRIORITY.index(name) if name in PRIORITY else len(PRIORITY))))
     return Ear(lesson.behaviours, dict(lesson.words), lesson.near, learned, metric.sha256,

@@ -163,10 +163,8 @@ def _entry(words: Sequence[str], judge: JudgeWord, alone: bool, priority: Sequen
             text = ' '.join(words[:second + 1])
             return WordHeard(text, Role.COMMAND, behaviour, 1.0,
                              nearest=((text, 1.0),)), second + 1
-    if first in english.TURNS or (first in english.SIDES and not alone):
+    if first in english.SIDES and not alone:
         return WordHeard(first, Role.DIRECTION), 1
-    if first in english.FUNCTION_WORDS or first.isdigit():
-        return WordHeard(first, Role.FUNCTION), 1
     return judge(first), 1
 
 

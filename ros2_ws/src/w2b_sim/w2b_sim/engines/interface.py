@@ -33,8 +33,9 @@ class Frame:
 
     `joint_position_rad` and `joint_velocity_rad_s` (M,) in motor order; `touching` maps the links
     that carry a touch sensor to whether they touch the floor; the base's pose and velocity are in
-    the world frame, the quaternion is x, y, z, w. `imu` is what an IMU in the base feels, and
-    `joint_torque_nm` (M,) the mean of the absolute torque of each servo since the last frame.
+    the world frame, the quaternion is x, y, z, w. `imu` is what an IMU in the base feels. Of
+    each servo since the last frame: `joint_torque_nm` (M,) the mean of the absolute torque,
+    `joint_limited` (M,) the share of time at its greatest speed.
     """
 
     joint_position_rad: Array
@@ -46,6 +47,7 @@ class Frame:
     angular_velocity_rad_s: Array
     imu: Inertial = field(default_factory=lambda: Inertial(np.array([0.0, 0.0, 9.81]), np.zeros(3)))
     joint_torque_nm: Array = field(default_factory=lambda: np.zeros(0))
+    joint_limited: Array = field(default_factory=lambda: np.zeros(0))
 
 
 class Simulation(Protocol):

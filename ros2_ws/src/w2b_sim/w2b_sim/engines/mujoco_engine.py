@@ -74,7 +74,7 @@ class MuJoCoSimulation:
         self.data.qpos[3:7] = quaternion_wxyz(
             from_rpy((start.roll_rad, start.pitch_rad, start.yaw_rad)))
         mujoco.mj_forward(self.model, self.data)
-        self._torque_nm = np.zeros(len(self.body.joints))
+        self._torque_nm = self._limited = np.zeros(len(self.body.joints))
         self._imu = inertial.at_rest(self._motion().turn, self.world.gravity_m_s2)
 
     def _motion(self) -> BaseMotion:
@@ -104,7 +104,7 @@ class MuJoCoSimulation:
         orientation = np.array([x, y, z, w])
         return Frame(self._angles(), rates, self._touching(), data.qpos[:3].copy(), orientation,
                      data.qvel[:3].copy(), inertial.matrix(orientation) @ data.qvel[3:6],
-                     self._imu, self._torque_nm)
+                     self._imu, self._torque_nm, self._limited)
 
     def step(self, targets_rad: Array) -> None:
         """Drive the joints towards `targets_rad` (M,) for one control period."""
@@ -114,13 +114,15 @@ class MuJoCoSimulation:
         """Drive the joints towards `targets_rad` (M,) for so many of the world's physics steps."""
         targets = np.asarray(targets_rad, dtype=np.float64)
         model, data, moving = self.model, self.data, self._moving
-        torque = np.zeros(int(moving.sum()))
+        torque, limited = np.zeros(int(moving.sum())), np.zeros(len(moving))
         window = min(self._window_steps, physics_steps)
         before = self._motion()
         for number in range(physics_steps):
             if number == physics_steps - window:
                 before = self._motion()
-            speeds = self._servos.speeds_rad_s(targets, self._angles())[moving]
+            speeds = self._servos.speeds_rad_s(targets, self._angles())
+            limited += self._servos.limited(speeds)
+            speeds = speeds[moving]
             for _ in range(self._substeps):
                 mujoco.mj_step1(model, data)
                 rows = data.ne + self._row
@@ -129,6 +131,7 @@ class MuJoCoSimulation:
                 torque += np.abs(data.efc_force[rows])
         self._torque_nm = np.zeros(len(moving))
         self._torque_nm[moving] = torque / (physics_steps * self._substeps)
+        self._limited = limited / physics_steps
         self._imu = inertial.between(before, self._motion(), window * self.world.physics_step_s,
                                      self.world.gravity_m_s2)
         # Contacts where the body is now, not where it was before the last step.

@@ -94,7 +94,7 @@ class PyBulletSimulation:
         self._joints = [links[joint.child] for joint in self.body.joints]
         self._touching = [(name, links[name]) for name in self._touch_links]
         self._frame_from_inertial = self._inertial_offset()
-        self._torque_nm = np.zeros(len(self._joints))
+        self._torque_nm = self._limited = np.zeros(len(self._joints))
         self._imu = inertial.at_rest(self._motion().turn, world.gravity_m_s2)
 
     def _load(self, start: Start) -> int:
@@ -158,7 +158,8 @@ class PyBulletSimulation:
             for name, number in self._touching}
         return Frame(np.array([state[0] for state in states]),
                      np.array([state[1] for state in states]), touching, np.array(position),
-                     np.array(orientation), velocity, angular, self._imu, self._torque_nm)
+                     np.array(orientation), velocity, angular, self._imu, self._torque_nm,
+                     self._limited)
 
     def step(self, targets_rad: Array) -> None:
         """Drive the joints towards `targets_rad` (M,) for one control period."""
@@ -166,7 +167,7 @@ class PyBulletSimulation:
 
     def advance(self, targets_rad: Array, physics_steps: int) -> None:
         """Drive the joints towards `targets_rad` (M,) for so many physics steps."""
-        torque = np.zeros(len(self._joints))
+        torque, limited = np.zeros(len(self._joints)), np.zeros(len(self._joints))
         window = min(self._window_steps, physics_steps)
         before = self._motion()
         for number in range(physics_steps):
@@ -177,6 +178,7 @@ class PyBulletSimulation:
             if number == physics_steps - window:
                 before = self._motion()
             speeds = self._servos.speeds_rad_s(targets_rad, angles)
+            limited += self._servos.limited(speeds)
             pybullet.setJointMotorControlArray(
                 self._robot, self._joints, pybullet.VELOCITY_CONTROL,
                 targetVelocities=speeds, forces=self._torques, **self._here)
@@ -184,5 +186,6 @@ class PyBulletSimulation:
         states = pybullet.getJointStates(self._robot, self._joints, **self._here)
         torque += np.abs([state[3] for state in states])
         self._torque_nm = torque * (self._torque_scale / physics_steps)
+        self._limited = limited / physics_steps
         self._imu = inertial.between(before, self._motion(), window * self.world.physics_step_s,
                                      self.world.gravity_m_s2)

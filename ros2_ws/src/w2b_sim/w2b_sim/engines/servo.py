@@ -32,3 +32,9 @@ class Servos:
         speeds: Array = np.clip(self._gain * (targets_rad - angles_rad), -self._speed_down,
                                 self._speed_up)
         return speeds
+
+    def limited(self, speeds_rad_s: Array) -> Array:
+        """Return (M,): 1 where such a velocity is the servo's greatest, else 0."""
+        at_limit: Array = ((speeds_rad_s >= self._speed_up)
+                           | (speeds_rad_s <= -self._speed_down)).astype(np.float64)
+        return at_limit

@@ -1,0 +1,44 @@
+"""Legs of the prototype beside the checkout, as a controller: networks that are known to walk."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from w2b_core import bodies
+from w2b_core.behaviours import BEHAVIOURS
+from w2b_core.controller.model import Controller, Motor
+from w2b_core.network import LeakyNetwork
+
+FOLDER = Path(__file__).resolve().parents[4] / 'shared' / 'prototype' / 'legs'
+COMMANDS = ('forward', 'backward', 'stop', 'left', 'right', 'sit')
+#: The prototype felt the rate of turn in rad/s, and its pitch.
+SENSES, SCALES = ('heading', 'steer', 'yaw_rate', 'gravity:x'), (1.0, 1.0, 4.0, 1.0)
+
+
+class PlainEar:
+    """An ear for legs that are commanded without words."""
+
+    behaviours = COMMANDS
+
+    def to_json(self):
+        return {'behaviours': list(COMMANDS)}
+
+
+def controller(name: str) -> Controller:
+    """Return the controller; the test is skipped where the prototype is not to be had."""
+    path = FOLDER / f'{name}.npz'
+    if not path.is_file():
+        pytest.skip(f'the prototype is not beside this checkout: {path.name}')
+    body = bodies.get('physical_twin')
+    with np.load(path) as saved:
+        network = LeakyNetwork(
+            hidden=saved['W'], command=saved['C'], senses=saved['S'] * SCALES,
+            hidden_leak=saved['A'], rest=saved['primed'], motor=saved['M'][0],
+            motor_command=saved['B'], motor_senses=saved['T'] * SCALES, motor_leak=saved['L'])
+    return Controller(
+        body=body.name, network=network, sensors=SENSES,
+        motors=tuple(Motor(joint.name, joint.lower_rad, joint.upper_rad, 1.0)
+                     for joint in body.joints),
+        period_s=0.05, words=(), behaviours=COMMANDS,
+        courses=tuple(BEHAVIOURS.get(name).course for name in COMMANDS), ear=PlainEar())

@@ -1,0 +1,129 @@
+"""
+Judge hearing on a lexicon: words of unseen stem families, refusal, phrases, and the rivals.
+
+  python -m training grounding                               # the shipped lexicon, a few minutes
+  python -m training grounding --lexicon mine.json --json    # another person's
+
+The metric is built anew for the lexicon, without any WordNet pair that touches a stem of its words
+or near misses. Where WordNet (Debian: wordnet-base) is absent the metric that ships serves, and the
+output says which of the judged words it has seen.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from training.grounding import accuracy, lexicon, refusal, rivals, sentences, tables, wordnet
+from training.grounding.accuracy import Accuracy
+from training.grounding.ear import build_metric, shipped_metric
+from training.grounding.folds import Folds
+from training.grounding.learned_metric import Built
+from training.grounding.lexicon import Lexicon
+from w2b_core.hearing import learning
+from w2b_core.vocabulary import Vocabulary
+
+LEFT_OUT = 'leave_one_family_out'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's options."""
+    parser.add_argument('--lexicon', type=Path, default=lexicon.SHIPPED, help='YAML or JSON file')
+    parser.add_argument('--vocabulary', default='default', help='name or file of the word vectors')
+    parser.add_argument('--words', type=int, nargs='+', default=[4, 8, 12], metavar='K',
+                        help='words a behaviour that are heard')
+    parser.add_argument('--splits', type=int, default=50, help='draws of these words')
+    parser.add_argument('--json', action='store_true', help='print JSON instead of tables')
+    parser.add_argument('--out', type=Path, metavar='FOLDER',
+                        help='write grounding.json and the figures there')
+    parser.add_argument('--wordnet', type=Path, default=wordnet.FOLDER, help="WordNet's folder")
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; return the exit code: 0, or 2 for an error."""
+    try:
+        if min(args.words) < 1 or args.splits < 1:
+            raise ValueError(f'words, splits: expected numbers above 0, got {min(args.words)} and '
+                             f'{args.splits}')
+        vocabulary = Vocabulary.load(args.vocabulary)
+        words = lexicon.load(args.lexicon).within(learning.spelt(vocabulary))
+        built, seen = metric_for(vocabulary, words, args.wordnet)
+        judged = judge(words, vocabulary, built, args.words, args.splits)
+        judged['metric'] = {**built.how, 'seen_words': seen}
+        if args.out is not None:
+            from training.grounding import figures
+
+            figures.write(args.out, judged, words, vocabulary, built.metric)
+    except (ValueError, OSError) as error:
+        print(f'grounding: {" ".join(str(error).split())}', file=sys.stderr)
+        return 2
+    if args.json:
+        print(json.dumps(judged, indent=1))
+    else:
+        print(tables.text(judged))
+    return 0
+
+
+def judge(words: Lexicon, vocabulary: Vocabulary, built: Built, counts: Sequence[int],
+          splits: int) -> dict[str, Any]:
+    """Return everything that is measured of a lexicon but the evolved rivals, as JSON values."""
+    def points(names: Sequence[str]) -> accuracy.Array:
+        return learning.project(names, vocabulary, built.metric)
+
+    forms = learning.spelt(vocabulary)
+    few = {str(count): accuracy.of_few_words(words, points, count, splits, forms=forms)
+           for count in counts}
+    left_out = accuracy.of_left_out_families(words, points)
+    folds = Folds(words, vocabulary, built.metric)
+    gate = asdict(refusal.measure(folds))
+    phrases = sentences.measure(folds)
+    moving = gate.pop('common_words_that_move')
+    return {
+        'lexicon': {behaviour: {'families': len(words.of(behaviour)),
+                                'words': sum(map(len, words.of(behaviour).values()))}
+                    for behaviour in words.behaviours},
+        'splits': splits,
+        'accuracy': {**{count: _json(found) for count, found in few.items()},
+                     LEFT_OUT: _json(left_out)},
+        'refusal': gate,
+        'phrases': {'plain': phrases.shares['plain'], 'negated': phrases.shares['negated'],
+                    'irrelevant_refused': phrases.shares['irrelevant'],
+                    'left_out': {'plain': phrases.left_out['plain'],
+                                 'negated': phrases.left_out['negated'],
+                                 'irrelevant_refused': phrases.left_out['irrelevant']},
+                    'wrong': [{'text': one.phrase.text, 'label': one.phrase.label,
+                               'answer': one.answer} for one in phrases.wrong]},
+        'common_words_that_move': moving,
+        'wrong': {word: found for word, found in (left_out.answers or {}).items()
+                  if found != words.words[word].behaviour},
+        'rivals': rivals.measure(words, vocabulary, built.metric, counts, splits, few)}
+
+
+def metric_for(vocabulary: Vocabulary, words: Lexicon, folder: Path) -> tuple[Built, list[str]]:
+    """Return the metric that a lexicon is judged behind, and the words that it has seen."""
+    try:
+        return build_metric(vocabulary, words, folder), []
+    except wordnet.WordNetError as error:
+        shipped = shipped_metric(vocabulary)
+        if shipped is None:
+            raise
+        stem = wordnet.stemmer()
+        unseen = set(shipped.how['without_stems'])
+        seen = [word for word in (*words.words, *words.near_miss) if stem(word) not in unseen]
+        print(f'grounding: {error}. The metric that ships serves; it has seen the relations of '
+              f'{len(seen)} of the judged words', file=sys.stderr)
+        return shipped, seen
+
+
+def _json(found: Accuracy | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    return {'macro': found.macro, 'per_behaviour': dict(found.per_behaviour), 'low': found.low,
+            'high': found.high}
+
+

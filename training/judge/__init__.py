@@ -1,0 +1,1 @@
+"""The judge: what a controller does in an independent engine, under disturbances."""
