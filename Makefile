@@ -44,7 +44,7 @@ figures: build   ## Refresh the README's tables and pictures (ARGS=demo, engines
 	@$(RUN) python scripts/figures $(ARGS)
 
 clean:           ## Remove the ROS build, caches and out/demo; not .venv, not runs in out/
-	rm -rf ros2_ws/build ros2_ws/install ros2_ws/log out/demo
+	rm -rf build w2b.egg-info ros2_ws/build ros2_ws/install ros2_ws/log out/demo
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . \( -path ./.venv -o -path ./.git -o -path ./out \) -prune -o -name __pycache__ -prune \
 	    -exec rm -rf {} +

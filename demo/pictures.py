@@ -21,7 +21,8 @@ def plot_paths(shown: Sequence[tuple[Seen, Motion]], path: Path) -> None:
     for number, (seen, motion) in enumerate(shown):
         colour = COLOURS[number % len(COLOURS)]
         x, y = motion.positions_m[:, 0], motion.positions_m[:, 1]
-        label = f'{seen.line.word}{"" if seen.trained else " (never heard)"}'
+        role = ('' if seen.trained else ' (never heard)') if seen.line.behaviour else ' (refused)'
+        label = f'{seen.line.word}{role}'
         way.plot(x, y, '-' if seen.trained else '--', lw=2.0, color=colour, label=label)
         way.plot(x[-1], y[-1], 's' if seen.trained else 'D', color=colour, ms=6,
                  mfc=colour if seen.trained else 'none')

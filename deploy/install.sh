@@ -40,7 +40,8 @@ echo i2c-dev | sudo tee /etc/modules-load.d/w2b-i2c.conf >/dev/null
 
 [ -x "$root/.venv/bin/python" ] || python3 -m venv --system-site-packages "$root/.venv"
 touch "$root/.venv/COLCON_IGNORE"
-"$root/.venv/bin/pip" install -q -r "$root/requirements/hw.txt"
+"$root/.venv/bin/pip" install -q \
+    -r "$root/requirements/controller.txt" -r "$root/requirements/hw.txt"
 
 set +u
 . /opt/ros/jazzy/setup.bash

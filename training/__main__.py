@@ -24,6 +24,7 @@ COMMANDS = {
     'ablation': ('training.robust.ablation',
                  'how robustness grows with each means of the robust mode'),
     'legs': ('training.legs.command', 'train legs that are commanded, by a recipe'),
+    'assemble': ('training.legs.assemble', 'an ear and legs in, a controller file out'),
     'rest': ('training.robust.rest', 'under how many of all words a controller rests'),
     'ear': ('training.grounding.ear', 'train an ear: a lexicon in, an ear out'),
     'judge': ('training.judge.command',

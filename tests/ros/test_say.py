@@ -134,7 +134,7 @@ def test_without_a_brain_it_says_what_to_start(system):
     said = system.say('forward', '--timeout', '0.5')
     assert said.exit_code == 2
     assert said.log.count('\n') == 1
-    assert 'ros2 run w2b_controller brain' in said.log
+    assert 'w2b brain' in said.log
 
 
 def test_an_inactive_brain_does_not_listen(system):
@@ -174,7 +174,7 @@ def test_the_console_without_a_brain_says_what_to_start(system):
     console = system.start('console', '--timeout', '0.5')
     console.type('forward\n')
     assert console.wait() == 2
-    assert 'ros2 run w2b_controller brain' in console.log
+    assert 'w2b brain' in console.log
 
 
 def say(environment, *arguments, **variables):

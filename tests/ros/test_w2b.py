@@ -4,6 +4,7 @@ import pytest
 import yaml
 
 from tests.ros.hardware import HardwareSystem
+from w2b_core.shell import w2b_command
 
 
 def w2b(system, *arguments, code=0):
@@ -54,8 +55,10 @@ def test_hardware_is_armed_stopped_and_disarmed(system, tmp_path):
 
 
 @pytest.mark.parametrize(('arguments', 'reason'), [
-    (('arm',), 'no hardware node answers: start one with `w2b hardware`'),
-    (('reset',), 'no simulation answers: start one with `w2b sim`'),
+    (('arm',), f'start one with `{w2b_command("hardware")}`'),
+    (('reset',), f'start one with `{w2b_command("sim")}`'),
+    (('say', 'stop'), f'start one with `{w2b_command("brain")}`'),
+    (('status',), 'nobody publishes diagnostics'),
     (('stop',), 'neither a hardware node nor a simulation answers'),
     (('echo', 'joint_states'), 'nobody publishes on /joint_states'),
     (('echo', 'a//b'), 'a//b'),

@@ -3,6 +3,7 @@ Judge hearing on a lexicon: words of unseen stem families, refusal, phrases, and
 
   python -m training grounding                               # the shipped lexicon, a few minutes
   python -m training grounding --lexicon mine.json --json    # another person's
+  python -m training grounding --evolved 1000                # and the evolved rivals, under an hour
 
 The metric is built anew for the lexicon, without any WordNet pair that touches a stem of its words
 or near misses. Where WordNet (Debian: wordnet-base) is absent the metric that ships serves, and the
@@ -38,6 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--words', type=int, nargs='+', default=[4, 8, 12], metavar='K',
                         help='words a behaviour that are heard')
     parser.add_argument('--splits', type=int, default=50, help='draws of these words')
+    parser.add_argument('--evolved', type=int, default=0, metavar='GENERATIONS',
+                        help='evolve the closed-loop rivals too, for so many generations (1000: '
+                             'under an hour of one core)')
+    parser.add_argument('--evolved-seeds', type=int, default=3, metavar='N', help='and so often')
     parser.add_argument('--json', action='store_true', help='print JSON instead of tables')
     parser.add_argument('--out', type=Path, metavar='FOLDER',
                         help='write grounding.json and the figures there')
@@ -47,14 +52,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Run the command; return the exit code: 0, or 2 for an error."""
     try:
-        if min(args.words) < 1 or args.splits < 1:
-            raise ValueError(f'words, splits: expected numbers above 0, got {min(args.words)} and '
-                             f'{args.splits}')
+        if min(args.words) < 1 or args.splits < 1 or args.evolved < 0 or args.evolved_seeds < 1:
+            raise ValueError('words, splits, evolved: expected numbers above 0, got '
+                             f'{min(args.words)}, {args.splits} and {args.evolved}')
         vocabulary = Vocabulary.load(args.vocabulary)
         words = lexicon.load(args.lexicon).within(learning.spelt(vocabulary))
         built, seen = metric_for(vocabulary, words, args.wordnet)
         judged = judge(words, vocabulary, built, args.words, args.splits)
         judged['metric'] = {**built.how, 'seen_words': seen}
+        if args.evolved:
+            from training.grounding import evolved
+
+            judged['rivals'].update(evolved.measure(
+                words, vocabulary, count=max(args.words), generations=args.evolved,
+                seeds=args.evolved_seeds, say=lambda text: print(text, file=sys.stderr)))
         if args.out is not None:
             from training.grounding import figures
 

@@ -12,12 +12,13 @@ import json
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from io import BytesIO
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, sleep
 from typing import Any
 
 import numpy as np
@@ -139,7 +140,7 @@ class _Workers:
     def __enter__(self) -> _Workers:
         before = {name: os.environ.get(name) for name in SINGLE_THREADED}
         os.environ.update(SINGLE_THREADED)
-        self._queue = self._context.Manager().Queue()
+        self._queue = self._context.Queue()
         self._pool = ProcessPoolExecutor(self._count, self._context, _start,
                                          (os.getpid(), self._recipe, self._queue))
         self._before = before
@@ -186,18 +187,26 @@ def line_of(step: Step) -> str:
             f'fitness {step.best:.3f}  {scores}  step {step.sigma:.3f}  {rate:.0f} evaluations/s')
 
 
-_PARENT: list[Any] = []
+_HELD: list[Any] = []
 
 
 def _start(parent: int, recipe: Recipe, queue: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _PARENT[:] = [parent, Task(recipe), queue]
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    _HELD[:] = [Task(recipe), queue]
+
+
+def _end_with(parent: int) -> None:
+    """End this process when its parent is gone: a killed one cannot say so."""
+    while os.getppid() == parent:
+        sleep(1.0)
+    os._exit(1)
 
 
 def _run_seed(seed: int, stage: int, directory: str) -> dict[str, Any]:
-    parent, task, queue = _PARENT
+    task, queue = _HELD
     recipe = task.recipe
     task.evaluations = 0
     search = Search(recipe, seed, Path(directory), task)
-    search.run(stage, lambda step: queue.put(asdict(step)), lambda: os.getppid() != parent)
+    search.run(stage, lambda step: queue.put(asdict(step)))
     return examine(task, search.genome, recipe.stages[stage].physics_steps)

@@ -36,27 +36,28 @@ class Scores:
         """
         aims, kind = self.recipe.aims, self.recipe.kind(behaviour)
         faults = self._faults(getattr(aims, kind), self.figures(behaviour, did, offset_rad))
-        course = course_of(behaviour)
-        if kind == 'walk':
-            # Straight on may mean a heading that is not the one at the begin.
-            speed = (did.going_m_s / np.cos(np.clip(offset_rad, -1.0, 1.0))) * course.along
-            progress = speed / (aims.walk_body_lengths_s * self.length_m)
-        elif kind == 'turn':
-            progress = did.turning_rad_s * course.turn / aims.turn_rad_s
-        else:
-            progress = np.ones_like(did.going_m_s)
-        progress = np.clip(progress, -1.0, 1.0)
+        progress = np.clip(self._progress(behaviour, did, offset_rad), -1.0, 1.0)
         score = np.where(progress > 0, progress * np.exp(-faults), progress)
         score = np.where(did.lowest_up < aims.fallen_up, -1.0, score)
         return np.nan_to_num(score, nan=-1.0)
 
+    def _progress(self, behaviour: str, did: PhaseOutcome, offset_rad: Array | float) -> Array:
+        """Return the speed (...) as a share of the aim; 1 of a behaviour that stays."""
+        aims, course = self.recipe.aims, course_of(behaviour)
+        match self.recipe.kind(behaviour):
+            case 'walk':
+                # Straight on may mean a heading that is not the one at the begin.
+                speed = did.going_m_s / np.cos(np.clip(offset_rad, -1.0, 1.0)) * course.along
+                return speed / (aims.walk_body_lengths_s * self.length_m)
+            case 'turn':
+                return did.turning_rad_s * course.turn / aims.turn_rad_s
+        return np.ones_like(did.going_m_s)
+
     def figures(self, behaviour: str, did: PhaseOutcome, offset_rad: Array | float
                 ) -> dict[str, Array]:
         """Return the figures (...) that terms of a recipe may name."""
-        course = course_of(behaviour)
         way = np.hypot(did.along_m, did.across_m)
         across = did.across_m * np.cos(offset_rad) - did.along_m * np.sin(offset_rad)
-        turn = did.turning_rad_s * course.turn / self.recipe.aims.turn_rad_s
         share = did.height_m / did.start_height_m
         return {
             'rhythm_hz': did.rhythm_hz, 'fastest_joint_hz': did.fastest_joint_hz,
@@ -66,7 +67,8 @@ class Scores:
             'heading_error_rad': np.abs(did.yaw_rad - offset_rad),
             'across_share': np.abs(across) / (way + self.length_m),
             'wobble_rad': did.wobble_rad, 'displacement_m': way,
-            'turn_excess': np.maximum(turn - 1.0, 0.0), 'drift_m': did.drift_m,
+            'excess': np.maximum(self._progress(behaviour, did, offset_rad) - 1.0, 0.0),
+            'drift_m': did.drift_m,
             'joint_speed_rad_s': did.joint_speed_rad_s,
             'height_change': np.abs(share - 1.0), 'height_share': share}
 

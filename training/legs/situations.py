@@ -37,9 +37,7 @@ def draw(worlds: Worlds, world: World, joints: int, count: int, rng: np.random.G
     if world.friction is not None:
         fields['friction'] = within(worlds.friction, world.friction)
     if worlds.slip_m_per_n_s is not None:
-        fields['slip_m_per_n_s'] = within(worlds.slip_m_per_n_s, world.slip_m_per_n_s)
-        if world.friction is None:
-            fields['friction'] = rng.uniform(*worlds.friction, count)
+        fields['slip_m_per_n_s'] = rng.uniform(*worlds.slip_m_per_n_s, count)
     fields['gravity_m_s2'] = world.gravity_m_s2 * within(worlds.gravity_scale, 1.0)
     fields['command_late'] = (rng.random(count) < worlds.command_late).astype(float)
     fields['motor_noise_rad_s'] = within(worlds.motor_noise_rad_s, 0.0)

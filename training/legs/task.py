@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -59,6 +59,8 @@ class Task:
     def __init__(self, recipe: Recipe, threads: int = 1) -> None:
         self.recipe, self.threads = recipe, threads
         self.body, self.world = bodies.get(recipe.body), WORLDS[recipe.world]
+        if self.world.friction is None and recipe.worlds.dry_friction is not None:
+            self.world = replace(self.world, friction=recipe.worlds.dry_friction)
         self.sharing = recipe.sharing()
         self.scores = Scores(recipe)
         self.evaluations = 0
@@ -72,7 +74,7 @@ class Task:
                 self.body, self.world, hidden=self.sharing.hidden.count,
                 senses=self.recipe.senses, behaviours=self.recipe.behaviours,
                 threads=self.threads, physics_steps=physics_steps,
-                friction_law='coulomb' if self.recipe.worlds.slip_m_per_n_s else 'world')
+                friction_law='coulomb')
         return self._engines[physics_steps]
 
     def compile(self) -> None:

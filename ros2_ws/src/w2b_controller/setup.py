@@ -1,6 +1,7 @@
 """Install the brain as an ament_python package."""
 
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -8,16 +9,17 @@ package_name = 'w2b_controller'
 
 setup(
     name=package_name,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     packages=find_packages(exclude=['test']),
     package_data={package_name: ['py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),
+        ('bin', ['bin/w2b']),
         (f'share/{package_name}/config', glob('config/*')),
         (f'share/{package_name}/launch', glob('launch/*.launch.py')),
     ],
-    install_requires=['setuptools', 'gensim', 'rapidfuzz', 'rich'],
+    install_requires=['setuptools', 'numpy', 'PyYAML', 'rapidfuzz', 'rich'],
     extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',

@@ -1,12 +1,14 @@
 """Install the robot's mind, which needs no ROS, as an ament_python package."""
 
+from xml.etree import ElementTree
+
 from setuptools import find_packages, setup
 
 package_name = 'w2b_core'
 
 setup(
     name=package_name,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     packages=find_packages(exclude=['test']),
     package_data={package_name: ['py.typed', 'controllers/*.json', 'vocabularies/*',
                                  'vocabularies/*/*', 'vocabularies/*/*/*']},
@@ -14,7 +16,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),
     ],
-    install_requires=['setuptools', 'numpy', 'PyYAML'],
+    install_requires=['setuptools', 'numpy', 'PyYAML', 'rapidfuzz', 'rich'],
     extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',

@@ -1,6 +1,7 @@
 """Install what the nodes share as an ament_python package."""
 
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -8,7 +9,7 @@ package_name = 'w2b_ros'
 
 setup(
     name=package_name,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     packages=find_packages(exclude=['test']),
     package_data={package_name: ['py.typed']},
     data_files=[

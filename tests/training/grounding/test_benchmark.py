@@ -9,6 +9,7 @@ from training import __main__ as training
 from training.grounding import accuracy, lexicon, tables, wordnet
 from training.grounding.lexicon import Entry, Lexicon
 from w2b_core.hearing.metric import unit
+from w2b_core.vocabulary import Vocabulary
 
 needs_wordnet = pytest.mark.skipif(
     not (wordnet.FOLDER / 'data.noun').is_file(),
@@ -99,6 +100,23 @@ def test_bad_arguments_end_with_one_line(capsys, arguments, names):
     error = capsys.readouterr().err
     assert names in error
     assert error.count('\n') == 1
+
+
+@pytest.mark.timeout(900)
+def test_the_evolved_rivals_close_the_loop():
+    """Both learn to part three words that they heard; more is not claimed of so short a run."""
+    from training.grounding import evolved
+
+    words = {word: Entry(kind, f'{kind}{index}') for kind, found in
+             (('stop', ('stop', 'halt')), ('forward', ('forward', 'onward')),
+              ('backward', ('backward', 'retreat'))) for index, word in enumerate(found)}
+    found = evolved.measure(Lexicon(words), Vocabulary.load(), count=1, generations=60, seeds=1)
+    assert len(found) == 2
+    for row in found.values():
+        assert 0 <= row['1']['macro'] <= 1
+        assert row['1']['trained'] > 1 / 3
+    with pytest.raises(ValueError, match='more than 2 families'):
+        evolved.measure(Lexicon(words), Vocabulary.load(), count=2, generations=1, seeds=1)
 
 
 def test_accuracy_never_asks_a_family_that_was_heard():

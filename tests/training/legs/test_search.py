@@ -85,8 +85,14 @@ def test_the_command_survives_kill_9_and_gives_the_same_champion(small, tmp_path
         assert time.monotonic() < deadline
         assert process.poll() is None
         time.sleep(0.05)
+    children = [int(pid) for pid in Path(
+        f'/proc/{process.pid}/task/{process.pid}/children').read_text().split()]
+    assert children
     process.send_signal(signal.SIGKILL)
     process.wait(30)
+    while any(Path(f'/proc/{pid}').exists() for pid in children):
+        assert time.monotonic() < deadline, f'{children} outlive the command'
+        time.sleep(0.1)
     resumed = subprocess.run([*command, str(tmp_path / 'killed')], capture_output=True, text=True,
                              env=environment, cwd=ROOT, timeout=250)
     assert resumed.returncode == 0, resumed.stderr

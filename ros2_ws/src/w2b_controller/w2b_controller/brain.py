@@ -1,4 +1,4 @@
-"""`ros2 run w2b_controller brain`: hears words on /command and walks the body (see brain_node)."""
+"""`w2b brain`: hears words on /command and walks the body (see brain_node)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 ABOUT = """
 The brain: hears words on `command` (std_msgs/String), primes its network with their vectors, and
 answers every sensor frame (`joint_states`, `contacts`) with joint targets (`joint_trajectory`).
-A lifecycle node; it stands until the first word. Speak to it with `ros2 run w2b_controller say`.
+A lifecycle node; it stands until the first word. Speak to it with `w2b say`.
 """
 
 

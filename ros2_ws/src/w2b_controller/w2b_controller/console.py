@@ -1,5 +1,5 @@
 """
-`ros2 run w2b_controller console`: type words, and read what the brain makes of each.
+`w2b console`: type words, and read what the brain makes of each.
 
 One line is one command; an empty line, Ctrl-D or Ctrl-C leaves. Also reads a pipe: the exit code is
 then that of the first word which no body follows, as `say` has it.
@@ -36,7 +36,6 @@ def main() -> int:
 
 
 def _talk() -> int:
-    import rclpy
     parser = argparse.ArgumentParser(prog='console', description='Talk to the brain.')
     parser.add_argument('--timeout', type=seconds, default=10.0, metavar='S',
                         help='seconds to wait for an answer (default: %(default)s)')
@@ -45,6 +44,7 @@ def _talk() -> int:
     code = FOLLOWED
     if not start_ros():
         return UNANSWERED
+    import rclpy
     node = rclpy.create_node('console')
     try:
         messenger = Messenger(node)

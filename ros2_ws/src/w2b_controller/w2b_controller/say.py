@@ -1,5 +1,5 @@
 """
-`ros2 run w2b_controller say WORD...`: says a word to the brain and waits for its answer.
+`w2b say WORD...`: says a word to the brain and waits for its answer.
 
 Exit code 0: a body follows it. 1: the brain refused it, and says why. 2: nobody answered. 3: the
 brain understood it, but no body follows; with `--understood` that is 0.
@@ -14,14 +14,14 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from w2b_core.shell import w2b_command
 from w2b_ros.ros_process import StopFlag, own, start_ros
 
 if TYPE_CHECKING:
     from diagnostic_msgs.msg import DiagnosticStatus
     from rclpy.node import Node
 
-NO_BRAIN = ('no brain listens: start one with `ros2 run w2b_controller brain`, '
-            'or `scripts/ros_env brain` where ROS is not installed')
+NO_BRAIN = f'no brain listens: start one with `{w2b_command("brain")}`'
 FOLLOWED, REFUSED, UNANSWERED, NOT_FOLLOWED = 0, 1, 2, 3
 #: Help of the option of `say` and `console`.
 UNDERSTOOD = 'do not wait for a body that follows: the exit code tells what the brain understood'
@@ -184,13 +184,13 @@ def main() -> int:
     """Say the words of the command line; return the exit code."""
     stop = StopFlag()
     stop.install()
-    import rclpy
     if not all(map(readable, sys.argv)):
         print('error: command: expected text in UTF-8, got other bytes', file=sys.stderr)
         return REFUSED
     options = _arguments(own(sys.argv))
     if not start_ros():
         return UNANSWERED
+    import rclpy
     node = rclpy.create_node('say')
     try:
         messenger = Messenger(node, interrupted=lambda: stop.requested)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from w2b_controller.say import seconds, values_of
 from w2b_core.body_status import TOPIC as BODY_STATUS
+from w2b_core.shell import w2b_command
 from w2b_ros.ros_process import StopFlag, own, start_ros
 
 if TYPE_CHECKING:
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
 DONE, REFUSED, NOBODY = 0, 1, 2
 LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
 NO_BODY = {
-    'hardware': 'no hardware node answers: start one with `w2b hardware`',
-    'sim': 'no simulation answers: start one with `w2b sim`',
+    'hardware': f'no hardware node answers: start one with `{w2b_command("hardware")}`',
+    'sim': f'no simulation answers: start one with `{w2b_command("sim")}`',
 }
 
 
@@ -118,10 +119,10 @@ def reset() -> int:
 
 def pause() -> int:
     """`w2b pause`: return the exit code."""
-    from std_srvs.srv import SetBool
     parser = _parser('pause', 'Stop the clock of a simulation.')
     parser.add_argument('--off', action='store_true', help='let it go on')
     options = parser.parse_args(own(sys.argv))
+    from std_srvs.srv import SetBool
     try:
         with _asking(options) as asking:
             response = asking.call(SetBool, 'sim/pause', SetBool.Request(data=not options.off),
@@ -134,15 +135,16 @@ def pause() -> int:
 
 def stop() -> int:
     """`w2b stop`: return the exit code."""
-    from std_srvs.srv import SetBool, Trigger
     options = _parser('stop', 'Emergency stop: the servos go off at once; a simulation pauses. '
                       'To stand still instead, say stop.').parse_args(own(sys.argv))
+    from std_srvs.srv import SetBool, Trigger
     try:
         with _asking(options) as asking:
             hardware = asking.node.create_client(Trigger, 'hardware/emergency_stop')
             simulation = asking.node.create_client(SetBool, 'sim/pause')
             asking.until(lambda: hardware.service_is_ready() or simulation.service_is_ready(),
-                         'neither a hardware node nor a simulation answers')
+                         'neither a hardware node nor a simulation answers: cut the power, or '
+                         f'turn the servos off over the bus with `{w2b_command("relax")}`')
             # Whichever is there is stopped: where both are, both.
             futures = [client.call_async(request) for client, request in (
                 (hardware, Trigger.Request()), (simulation, SetBool.Request(data=True)))
@@ -157,14 +159,14 @@ def stop() -> int:
 
 def status() -> int:
     """`w2b status`: return the exit code."""
-    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-
-    from w2b_ros.ros_messages import LATCHED
     parser = _parser('status', 'How brain and body are, from /diagnostics and body_status.')
     parser.epilog = 'Exit code: 0 all is well, 1 a part says WARN or ERROR, 2 nobody is there.'
     parser.add_argument('--listen', type=seconds, default=1.5, metavar='S',
                         help='seconds to listen once somebody is there (default: %(default)s)')
     options = parser.parse_args(own(sys.argv))
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+    from w2b_ros.ros_messages import LATCHED
     found: dict[str, DiagnosticStatus] = {}
 
     def heard(message: DiagnosticArray) -> None:
@@ -213,15 +215,21 @@ def plain(value: Any) -> Any:
     return [plain(item) for item in value]
 
 
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f'expected a whole number above 0, got {text}')
+    return int(text)
+
+
 def echo() -> int:
     """`w2b echo TOPIC`: return the exit code."""
-    import yaml
-    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
     parser = _parser('echo', 'Print what is published on a topic, as YAML.')
     parser.add_argument('topic', help='such as joint_states; relative to the namespace')
-    parser.add_argument('--count', type=int, default=None, metavar='N',
+    parser.add_argument('--count', type=_count, default=None, metavar='N',
                         help='end after this many messages (default: go on until Ctrl-C)')
     options = parser.parse_args(own(sys.argv))
+    import yaml
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
     seen = 0
 
     def show(message: Any) -> None:
@@ -235,9 +243,11 @@ def echo() -> int:
             name = _topic(asking.node, options.topic)
             asking.until(lambda: asking.node.get_publishers_info_by_topic(name),
                          f'nobody publishes on {name}')
-            publisher = asking.node.get_publishers_info_by_topic(name)[0]
-            package, _, kind = publisher.topic_type.partition('/msg/')
-            latched = publisher.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            publishers = asking.node.get_publishers_info_by_topic(name)
+            package, _, kind = publishers[0].topic_type.partition('/msg/')
+            # Only if all are latched: a listener that asks for it hears no others.
+            latched = all(publisher.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+                          for publisher in publishers)
             profile = QoSProfile(
                 depth=10, reliability=ReliabilityPolicy.BEST_EFFORT,
                 durability=DurabilityPolicy.VOLATILE)
