@@ -22,11 +22,13 @@ from w2b_controller.say import (
     seconds,
     show,
 )
+from w2b_core.command_process import command
 from w2b_ros.ros_process import own, start_ros
 
 PROMPT = 'say> '
 
 
+@command
 def main() -> int:
     """Talk until the input ends; return the exit code, at a terminal 0 unless nobody answered."""
     try:

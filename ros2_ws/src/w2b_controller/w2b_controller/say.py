@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from w2b_core.command_process import command
 from w2b_core.shell import w2b_command
 from w2b_ros.ros_process import StopFlag, own, start_ros
 
@@ -180,6 +181,7 @@ def _arguments(arguments: list[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+@command
 def main() -> int:
     """Say the words of the command line; return the exit code."""
     stop = StopFlag()

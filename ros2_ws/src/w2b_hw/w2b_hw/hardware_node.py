@@ -19,10 +19,8 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from w2b_core import trajectory
-from w2b_core.body_status import FRESH_PERIODS, BodyStatus, marked_epoch
+from w2b_core.body_status import FRESH_PERIODS, BodyStatus
 from w2b_core.status import Level, Status
-from w2b_core.trajectory import TrajectoryError
 from w2b_hw import calibration, messages
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
@@ -101,11 +99,10 @@ class HardwareNode(ManagedNode):
         self._robot: Robot | None = None
         self._io: IoThread | None = None
         self._part: Part | None = None
-        self._gate = TargetGate()
+        self._gate = TargetGate(period_s=1.0 / RATE_HZ)
         self._refusal, self._refused_at_s = '', float('-inf')
         self._accepted_at_s = float('-inf')
         self._accepted_stamp_ns: int | None = None
-        self._armed_at_ns = 0
         self._auto_arm = False
         self._frames: deque[tuple[int, Report]] = deque(maxlen=4)
         self._poses: deque[tuple[int, Report]] = deque(maxlen=16)
@@ -171,7 +168,7 @@ class HardwareNode(ManagedNode):
     def activate(self) -> None:
         """Begin the frames."""
         assert self._robot is not None
-        self._gate = TargetGate()
+        self._gate = TargetGate(period_s=1.0 / RATE_HZ)
         self._auto_arm = bool(self.get_parameter('auto_arm').value)
         self._io = IoThread(self._robot, period_s=1.0 / RATE_HZ, on_frame=self._on_frame,
                             on_pose=self._on_pose, sign_of_life=self._sign_of_life)
@@ -265,29 +262,15 @@ class HardwareNode(ManagedNode):
     def _on_target(self, message: JointTrajectory) -> None:
         if self._io is None:
             return
-        now_ns = self.get_clock().now().nanoseconds
         try:
-            answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
-            trajectory.check(message.joint_names, message.points, 1.0 / RATE_HZ)
-            pose = self._gate.check(
-                message.joint_names, [point.positions for point in message.points],
-                answered_ns, now_ns)
-        except TrajectoryError as error:
-            self._gate.refused += 1
-            self._refuse(str(error))
-            return
+            target = self._gate.take(message, self.get_clock().now().nanoseconds, self._epoch())
         except TargetRefusedError as error:
             self._refuse(str(error))
             return
-        word_epoch = marked_epoch(message.header.frame_id)
-        if answered_ns < self._armed_at_ns <= now_ns:
-            # It answers a frame of before the arming, whoever sent it.
-            word_epoch = ''
-        self._io.target(pose, word_epoch)
-        if word_epoch in (None, self._epoch()):
-            self._accepted_at_s, self._accepted_stamp_ns = time.monotonic(), answered_ns
+        self._io.target(target.pose, target.word_epoch)
+        if target.counts:
+            self._accepted_at_s, self._accepted_stamp_ns = time.monotonic(), target.stamp_ns
         else:
-            self._gate.refused += 1
             self._refuse(_OLD_WORD)
         self._body.check()
         if self._auto_arm:
@@ -308,7 +291,7 @@ class HardwareNode(ManagedNode):
         now_ns = self.get_clock().now().nanoseconds
         refusal = self._io.ask(self._robot.arm)
         if refusal is None:
-            self._armed_at_ns = now_ns
+            self._gate.armed(now_ns)
         # Before the answer: a word that is said after it is a new one.
         self._body.check()
         return refusal

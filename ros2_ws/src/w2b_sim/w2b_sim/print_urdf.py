@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from w2b_core import bodies
 from w2b_core.bodies.urdf import to_urdf
+from w2b_core.command_process import command
 from w2b_core.registry import use_plugin
 
 #: Of the IMU messages of `sim` and `hardware`.
@@ -22,6 +23,7 @@ several robots each has its own frames: `-p frame_prefix:=dog1/`, in both nodes.
 """
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit code."""
     parser = argparse.ArgumentParser(prog='urdf', description=ABOUT,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from w2b_core.command_process import command
 from w2b_ros import node_help
 from w2b_ros.ros_process import run
 
@@ -26,6 +27,7 @@ def make() -> SimNode:
     return SimNode()
 
 
+@command
 def main() -> int:
     """Run the simulation until a signal; return the exit code."""
     code = node_help.answer('w2b_sim', 'sim', ABOUT, _parameters)

@@ -21,12 +21,12 @@ from typing import Any
 
 import llvmlite.binding
 import numba
-from numba import njit
 from numba.core import config
 
 from w2b_core import senses
 from w2b_sim.engines.batched import kernel, leaky_kernel
 from w2b_sim.engines.batched.layout import Layout
+from w2b_sim.engines.jit import njit
 
 logger = logging.getLogger(__name__)
 
