@@ -28,7 +28,7 @@ pytest.importorskip('mujoco', reason='MuJoCo is the judge here: requirements/sim
 @pytest.fixture(scope='module')
 def nominal():
     run = subprocess.run(
-        [sys.executable, '-m', 'training', 'judge', 'physical_twin_legs', '--engine', 'mujoco',
+        [sys.executable, '-m', 'training', 'judge', 'physical_twin', '--engine', 'mujoco',
          '--json', '--starts', '2', '--imu-noise', '--gyro-bias', '0.01'],
         capture_output=True, text=True, cwd=ROOT, timeout=250)
     assert run.returncode == 0, run.stderr
@@ -73,7 +73,7 @@ def test_a_base_whose_mass_lies_beside_the_middle_is_still_symmetric_and_walks(o
                     inertia_kg_m2=tuple(map(tuple, link_inertia(base).tolist())))
     body = replace(twin, links=(moved, *twin.links[1:]))
     assert len(find_mirrors(body)) == 2
-    controller = controller_file.load(controller_file.shipped('physical_twin_legs'))
+    controller = controller_file.load(controller_file.shipped('physical_twin'))
     for number in (1, 2):
         command = np.eye(len(controller.behaviours))[number]
         simulation = make_simulation('mujoco', body, EARTH, Start())
