@@ -120,6 +120,16 @@ class System:
         node.create_subscription(DiagnosticStatus, 'command_answer', self.answers.append, LATCHED)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, EVERYTHING)
 
+    @property
+    def environment(self) -> Mapping[str, str]:
+        """The environment of this system's processes."""
+        return self._environment
+
+    @property
+    def install(self) -> str:
+        """The folder with the installed packages."""
+        return self._environment['W2B_INSTALL']
+
     def forget_before(self, first_ns: int) -> None:
         """Forget the frames before a stamp, also those that are still under way."""
         self._since_ns = first_ns
@@ -148,6 +158,10 @@ class System:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             self.statuses[status.name] = status
+
+    def set_environment(self, **variables: str) -> None:
+        """Set variables of the processes that are started from now on."""
+        self._environment = {**self._environment, **variables}
 
     def start(self, executable: str, *arguments: str, **parameters: object) -> Process:
         """Start an installed node with ROS parameters."""

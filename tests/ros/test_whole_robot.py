@@ -17,7 +17,7 @@ from w2b_core.controller import file as controller_file
 UNHEARD = 'halt'
 SPEED_SHARE, HEADING_DEG = 0.15, 10.0
 FORWARD_S = 20.0
-STANDING_WITHIN_S = 1.0
+STANDING_WITHIN_S = 0.5
 
 
 @pytest.fixture(scope='module')
