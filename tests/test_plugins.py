@@ -1,4 +1,4 @@
-"""A user's own file adds a body and a behaviour, and the whole way from evolution on takes them."""
+"""A user's own file adds one of each kind; evolution, judge and node take them."""
 
 import json
 import os
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.w2b_core.legs_controller import controller
 from w2b_core.controller import file as controller_file
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -17,6 +18,8 @@ from dataclasses import replace
 from w2b_core.behaviours import BEHAVIOURS, Behaviour
 from w2b_core.bodies import BODIES
 from w2b_core.bodies.minimal import minimal
+from w2b_core.senses import SENSES, Sense
+from w2b_sim.engines.registry import ENGINES, Engine
 
 
 def small():
@@ -28,8 +31,14 @@ BEHAVIOURS.add('aside', Behaviour(
     'go to the left of where the body faces', True, lambda motion: motion.away_m,
     lambda motion, bounds: motion.away_m >= bounds.move_m,
     lambda outcome: outcome.final_position_m[..., 1]))
+SENSES.add('bottom_up', Sense(
+    'bottom_up', 'imu/data', 'orientation', '', -1.0, 1.0, '', 'whether it lies on its back',
+    lambda source, readings, reference: readings.gravity[2]))
+ENGINES.add('twice', Engine(
+    'twice', 'PyBullet by another name', 'w2b_sim.engines.pybullet_engine:PyBulletSimulation',
+    'w2b_sim.engines.evaluators:pybullet', 'pybullet', 'pybullet'))
 """
-SMALL = ('--words', 'forward=forward,aside=aside,stop=stop', '--engine', 'pybullet',
+SMALL = ('--words', 'forward=forward,aside=aside,stop=stop', '--engine', 'twice',
          '--population', '2', '--generations', '2', '--seed', '5')
 
 
@@ -66,6 +75,25 @@ def test_a_body_and_a_behaviour_of_a_users_own_are_evolved(tmp_path, plugin, way
     assert aside['score'] == pytest.approx(aside['final_position_m'][0][1])
 
 
+def test_what_was_evolved_is_judged_in_the_engine_of_a_users_own(tmp_path, plugin):
+    assert evolve(tmp_path, '--plugin', str(plugin)).returncode == 0
+    judged = run('training', 'judge', str(tmp_path / 'run' / 'champion.json'), '--plugin',
+                 str(plugin), '--engine', 'twice', '--starts', '1', '--seconds', '1', '--json')
+    assert judged.returncode == 0, judged.stderr
+    assert set(json.loads(judged.stdout)['behaviours']) == {'forward', 'aside', 'stop'}
+
+
+def test_a_controller_with_a_sense_of_a_users_own_is_read_where_the_plugin_is(plugin):
+    text = controller_file.dumps(controller()).replace('"yaw_rate"', '"bottom_up"')
+    with pytest.raises(controller_file.ControllerFileError, match="got 'bottom_up'"):
+        controller_file.loads(text)
+    done = subprocess.run(
+        [sys.executable, '-c', 'import sys; from w2b_core.controller import file; '
+         'print(file.loads(sys.stdin.read()).sensors)'], input=text, text=True, check=True,
+        capture_output=True, env={**os.environ, 'W2B_PLUGINS': str(plugin)})
+    assert 'bottom_up' in done.stdout
+
+
 def test_its_robot_description_is_printed(plugin):
     done = subprocess.run(
         [sys.executable, '-c', 'from w2b_sim.print_urdf import main; raise SystemExit(main())',
@@ -91,7 +119,7 @@ def test_a_bad_plugin_is_one_line_and_nothing_is_written(tmp_path, what):
     path = tmp_path / 'bad.py'
     if text is not None:
         path.write_text(text)
-    words = tuple(part for part in SMALL if part not in ('--engine', 'pybullet'))
+    words = tuple(part for part in SMALL if part not in ('--engine', 'twice'))
     done = evolve(tmp_path, '--plugin', str(path), words=words)
     assert done.returncode == 2
     lines = done.stderr.strip().splitlines()

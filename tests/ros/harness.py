@@ -145,6 +145,10 @@ class System:
         for status in message.status:
             self.statuses[status.name] = status
 
+    def set_environment(self, **variables: str) -> None:
+        """Set variables of the processes that are started from now on."""
+        self._environment = {**self._environment, **variables}
+
     def start(self, executable: str, *arguments: str, **parameters: object) -> Process:
         """Start an installed node with ROS parameters."""
         if executable == 'brain' and 'claim_wait' not in parameters:

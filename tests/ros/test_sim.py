@@ -170,3 +170,20 @@ def test_a_parameter_that_there_is_not_is_pointed_out(system):
     warnings = [line for line in sim.log.splitlines() if 'no parameter' in line]
     assert len(warnings) == 1
     assert "no parameter 'real_time_facto' here; did you mean 'real_time_factor'?" in warnings[0]
+
+
+def test_a_body_of_a_users_own_is_simulated(system, tmp_path):
+    plugin = tmp_path / 'mine.py'
+    plugin.write_text("""
+from dataclasses import replace
+
+from w2b_core.bodies import BODIES
+from w2b_core.bodies.minimal import minimal
+
+BODIES.add('small_walker', lambda: replace(minimal(), name='small_walker'))
+""")
+    system.set_environment(W2B_PLUGINS=str(plugin))
+    joints = collect(system, JointState, 'joint_states')
+    system.start('sim', body='small_walker')
+    system.wait(lambda: joints, 'a frame of the body')
+    assert joints[0].name == ['hinge']

@@ -312,7 +312,7 @@ class Recipe(Strict):
                  'joint': [joint.name for joint in body.joints]}
         for sense in self.senses:
             kind, source = split(sense)
-            among = known.get(SENSES[kind].source, [source])
+            among = known.get(SENSES.get(kind).source, [source])
             if source not in among:
                 raise ValueError(f'senses: {sense!r}: expected one of {", ".join(among)}')
 

@@ -80,7 +80,8 @@ class Registry(Generic[Entry]):
         return tuple(self._entries)
 
     def __contains__(self, name: object) -> bool:
-        return name in self.names()
+        load_plugins()
+        return name in self._entries
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names())

@@ -9,11 +9,14 @@ so that the same synapse steers the body back forwards and backwards.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from w2b_core.registry import Registry
 
 Array = NDArray[np.float64]
 
@@ -22,54 +25,6 @@ HEADING_GAIN = 4.0
 #: A rate of turn that is felt in full.
 FULL_YAW_RATE_RAD_S = 4.0
 AXES = ('x', 'y', 'z')
-
-
-@dataclass(frozen=True)
-class Sense:
-    """
-    One kind of sense.
-
-    Attributes
-    ----------
-    topic, message_field
-        Where a robot measures it; empty for what the network knows by itself.
-    unit
-        Of what is measured.
-    low, high
-        Range of the number that the network hears.
-    source
-        What follows the colon of the name: `link`, `joint`, `axis` or nothing.
-    meaning
-        In words.
-
-    """
-
-    kind: str
-    topic: str
-    message_field: str
-    unit: str
-    low: float
-    high: float
-    source: str
-    meaning: str
-
-
-SENSES = {sense.kind: sense for sense in (
-    Sense('touch', 'contacts', 'position', '', 0.0, 1.0, 'link', 'whether the link touches'),
-    Sense('position', 'joint_states', 'position', 'rad', -np.inf, np.inf, 'joint',
-          "the joint's angle"),
-    Sense('motor', '', '', '', -1.0, 1.0, 'joint', "the joint's motor neuron one step ago"),
-    Sense('yaw_rate', 'imu/data', 'angular_velocity.z', 'rad/s', -1.0, 1.0, '',
-          f"rate of turn about the base's z axis, 1 at {FULL_YAW_RATE_RAD_S:g} rad/s"),
-    Sense('gravity', 'imu/data', 'orientation', '', -1.0, 1.0, 'axis',
-          'component of the direction of gravity along an axis of the base: (0, 0, -1) upright'),
-    Sense('heading', 'imu/data', 'orientation', 'rad', -1.0, 1.0, '',
-          f'{HEADING_GAIN:g} sin(heading error since the command), while it goes straight'),
-    Sense('steer', 'imu/data', 'orientation', 'rad', -1.0, 1.0, '',
-          'heading, with the sign of the direction of the command'),
-)}
-#: Kinds that need an IMU.
-IMU_KINDS = tuple(kind for kind, sense in SENSES.items() if sense.topic == 'imu/data')
 
 
 @dataclass(frozen=True)
@@ -116,14 +71,86 @@ class Reference:
     direction: float = 0.0
 
 
+Reader = Callable[[str, Readings, Reference], float]
+
+
+@dataclass(frozen=True)
+class Sense:
+    """
+    One kind of sense.
+
+    Attributes
+    ----------
+    topic, message_field
+        Where a robot measures it; empty for what the network knows by itself.
+    unit
+        Of what is measured.
+    low, high
+        Range of the number that the network hears.
+    source
+        What follows the colon of the name: `link`, `joint`, `axis` or nothing.
+    meaning
+        In words.
+    read
+        (source, readings, reference of the last command) -> the number that the network hears.
+
+    """
+
+    kind: str
+    topic: str
+    message_field: str
+    unit: str
+    low: float
+    high: float
+    source: str
+    meaning: str
+    read: Reader
+
+
+def _yaw_rate(_source: str, readings: Readings, _reference: Reference) -> float:
+    return float(np.clip(readings.yaw_rate_rad_s / FULL_YAW_RATE_RAD_S, -1.0, 1.0))
+
+
+def _error(readings: Readings, reference: Reference) -> float:
+    return float(np.clip(HEADING_GAIN * np.sin(readings.heading_rad - reference.heading_rad),
+                         -1.0, 1.0))
+
+
+#: Add one of your own with `SENSES.add(kind, Sense(...))` in a plugin: step-wise engines and the
+#: robot read it; the batched engine refuses kinds that it does not model.
+SENSES: Registry[Sense] = Registry('sense')
+for _sense in (
+        Sense('touch', 'contacts', 'position', '', 0.0, 1.0, 'link', 'whether the link touches',
+              lambda source, readings, _: float(readings.touching[source])),
+        Sense('position', 'joint_states', 'position', 'rad', -np.inf, np.inf, 'joint',
+              "the joint's angle",
+              lambda source, readings, _: float(readings.position_rad[source])),
+        Sense('motor', '', '', '', -1.0, 1.0, 'joint', "the joint's motor neuron one step ago",
+              lambda source, readings, _: float(readings.motors[source])),
+        Sense('yaw_rate', 'imu/data', 'angular_velocity.z', 'rad/s', -1.0, 1.0, '',
+              f"rate of turn about the base's z axis, 1 at {FULL_YAW_RATE_RAD_S:g} rad/s",
+              _yaw_rate),
+        Sense('gravity', 'imu/data', 'orientation', '', -1.0, 1.0, 'axis', 'component of the '
+              'direction of gravity along an axis of the base: (0, 0, -1) upright',
+              lambda source, readings, _: float(readings.gravity[AXES.index(source)])),
+        Sense('heading', 'imu/data', 'orientation', 'rad', -1.0, 1.0, '',
+              f'{HEADING_GAIN:g} sin(heading error since the command), while it goes straight',
+              lambda _, readings, reference: _error(readings, reference) * reference.hold),
+        Sense('steer', 'imu/data', 'orientation', 'rad', -1.0, 1.0, '',
+              'heading, with the sign of the direction of the command',
+              lambda _, readings, reference: _error(readings, reference) * reference.direction)):
+    SENSES.add(_sense.kind, _sense)
+
+
+@lru_cache(maxsize=256)
 def split(sense: str) -> tuple[str, str]:
     """Return kind and source of a sense's name (ValueError if it is not one of the table)."""
     kind, colon, source = sense.partition(':')
-    known = SENSES.get(kind)
+    known = SENSES.get(kind) if kind in SENSES else None
     if (known is None or bool(colon) != bool(known.source) or bool(colon) != bool(source)
             or (known.source == 'axis' and source not in AXES)):
-        forms = ', '.join(kind + (f':{known.source.upper()}' if known.source else '')
-                          for kind, known in SENSES.items())
+        forms = ', '.join(name + (f':{SENSES.get(name).source.upper()}'
+                                  if SENSES.get(name).source else '') for name in SENSES)
         raise ValueError(f'sense: expected one of {forms}, got {sense!r}')
     return kind, source
 
@@ -142,24 +169,12 @@ def read(senses: Sequence[str], readings: Readings, reference: Reference | None 
         If a name is not in the table.
 
     """
-    return np.array([_read(*split(sense), readings, reference or Reference())
-                     for sense in senses])
-
-
-def _read(kind: str, source: str, readings: Readings, reference: Reference) -> float:
-    match kind:
-        case 'touch':
-            return float(readings.touching[source])
-        case 'position':
-            return float(readings.position_rad[source])
-        case 'motor':
-            return float(readings.motors[source])
-        case 'yaw_rate':
-            return float(np.clip(readings.yaw_rate_rad_s / FULL_YAW_RATE_RAD_S, -1.0, 1.0))
-        case 'gravity':
-            return float(readings.gravity[AXES.index(source)])
-    error = np.clip(HEADING_GAIN * np.sin(readings.heading_rad - reference.heading_rad), -1.0, 1.0)
-    return float(error * (reference.hold if kind == 'heading' else reference.direction))
+    found = reference or Reference()
+    values = []
+    for name in senses:
+        kind, source = split(name)
+        values.append(SENSES.get(kind).read(source, readings, found))
+    return np.array(values, dtype=np.float64)
 
 
 def gravity_in(orientation_xyzw: Sequence[float]) -> tuple[float, float, float]:

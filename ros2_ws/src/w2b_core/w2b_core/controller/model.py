@@ -155,7 +155,7 @@ class Controller:
             except ValueError as error:
                 raise ControllerFileError(f'{name}: {error}') from None
             expect(not place or _is_name(place), name, 'names of letters, digits and _', sensor)
-            expect(senses.SENSES[kind].source != 'joint' or place in joints, name,
+            expect(senses.SENSES.get(kind).source != 'joint' or place in joints, name,
                    'a joint of network.motors', sensor)
             expect(sensor not in self.sensors[:index], name, 'a sensor not named before', sensor)
 
@@ -246,7 +246,7 @@ class Controller:
     @property
     def topics(self) -> frozenset[str]:
         """Topics that its senses are measured on."""
-        return frozenset(senses.SENSES[senses.split(sensor)[0]].topic
+        return frozenset(senses.SENSES.get(senses.split(sensor)[0]).topic
                          for sensor in self.sensors) - {''}
 
     def targets_rad(self, motors: Array) -> Array:
