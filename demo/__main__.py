@@ -24,11 +24,11 @@ from rich.console import Console
 from rich.table import Table
 
 from demo.film import COLOURS, Take, draw_gif
-from demo.pictures import plot_paths
 from demo.robot import Motion, Robot
 from demo.ros_session import RosSession
 from demo.script import MISSPELT, Line, Seen, heard_in_training, script_of, seen
 from w2b_core import bodies
+from w2b_core.command_process import command
 from w2b_core.controller import file as controller_file
 from w2b_core.controller.model import Controller
 
@@ -36,6 +36,7 @@ from w2b_core.controller.model import Controller
 SETTLE_S = 1.0
 
 
+@command
 def main() -> int:
     """Run the demo; return the exit code."""
     parser = argparse.ArgumentParser(prog='python -m demo', description=__doc__,
@@ -85,6 +86,8 @@ def run(out: Path, controller_name: str, engine: str, console: Console) -> int:
     for failure in failures:
         console.print(f'demo: {failure}', style='red', markup=False)
     console.print('Drawing the robot ...')
+    from demo.pictures import plot_paths  # after `command` has seen to matplotlib's backend
+
     plot_paths(shown, out / 'paths.png')
     takes = [Take(motion, _caption(found), COLOURS[number % len(COLOURS)])
              for number, (found, motion) in enumerate(shown)]

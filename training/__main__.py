@@ -14,6 +14,7 @@ import importlib
 import sys
 from collections.abc import Sequence
 
+from w2b_core.command_process import command
 from w2b_core.registry import PluginError, load_plugins, use_plugin
 
 #: Command -> (module, what it does). A command's own --help says more.
@@ -55,6 +56,7 @@ def _with_plugins(arguments: Sequence[str]) -> list[str]:
     return rest
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)

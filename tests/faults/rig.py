@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 from w2b_hw.calibration import Calibration, nominal
 from w2b_hw.emulation.faults import FaultyTransport
@@ -54,6 +55,9 @@ class Rig:
         self.gate = TargetGate()
         self.answer: Callable[[int], tuple[Sequence[str], list[list[float]], int] | None] = \
             self.walk
+        #: What the brain's next message says besides: the mark of its word, fields of its point.
+        self.mark = ''
+        self.fields: dict[str, object] = {}
         self.refusals: list[str] = []
         self.frames = 0
         self.report: Report | None = None
@@ -135,14 +139,27 @@ class Rig:
         message = self.answer(stamp_ns)
         if message is not None:
             try:
-                pose = self.gate.check(*message, round(self.now_s * 1e9))
+                target = self.gate.take(self._message(*message), round(self.now_s * 1e9),
+                                        self.robot.safety.epoch)
             except TargetRefusedError as error:
                 self.refusals.append(str(error))
             else:
-                self.robot.safety.take_target(pose, self.now_s)
+                self.robot.safety.take_target(target.pose, self.now_s, target.word_epoch)
                 report = self.robot.drive(self.now_s)
                 self._after(report)
         return report
+
+    def _message(self, names: Sequence[str], points: list[list[float]], stamp_ns: int
+                 ) -> SimpleNamespace:
+        """Return what would be a JointTrajectory."""
+        def time(nanoseconds: int) -> SimpleNamespace:
+            seconds, rest = divmod(nanoseconds, 10**9)
+            return SimpleNamespace(sec=seconds, nanosec=rest)
+        return SimpleNamespace(
+            header=SimpleNamespace(stamp=time(stamp_ns), frame_id=self.mark), joint_names=names,
+            points=[SimpleNamespace(**{
+                'positions': positions, 'velocities': [], 'accelerations': [], 'effort': [],
+                'time_from_start': time(50_000_000), **self.fields}) for positions in points])
 
     def frames_until(self, condition: Callable[[], bool], at_most: int = 200) -> int:
         """Run frames until the condition holds; return how many it took."""

@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.faults import processes  # noqa: F401  (enters its scenarios)
+# Each enters its scenarios.
+from tests.faults import posture_scenarios, processes, word_scenarios  # noqa: F401
 from tests.faults.scenarios import SCENARIOS
 
 

@@ -25,13 +25,14 @@ STILL_US = 10.0
 class HardwareSystem:
     """A hardware node, its chips, and a brain that the test plays (or does not)."""
 
-    def __init__(self, system: System, folder: Path) -> None:
+    def __init__(self, system: System, folder: Path, **parameters: object) -> None:
         self.system = system
         self.socket = str(folder / 'chips')
         self.chips_process = system.start('emulator', self.socket)
         system.wait(lambda: os.path.exists(self.socket), 'the emulated chips')
         self.chips = SocketTransport(self.socket)
-        self.hardware = system.start('hardware', transport=f'emulated:{self.socket}')
+        self.hardware = system.start('hardware', transport=f'emulated:{self.socket}',
+                                     **parameters)
         self.answering = False
         self.frames: list[JointState] = []
         self.imu_raw: list[Imu] = []

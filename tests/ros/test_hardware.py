@@ -80,8 +80,9 @@ def test_frames_say_what_was_really_sent_and_what_was_measured(robot):
     # 2000 us for 180 degrees around 1500 us, in seconds.
     assert np.array(same.position) == pytest.approx(
         1500e-6 + np.array(frame.position) * 2000e-6 / np.pi, abs=1e-9)
-    robot.system.wait(lambda: robot.imu_raw and robot.imu and robot.mag and robot.battery,
-                      'the IMU and the battery')
+    robot.system.wait(lambda: robot.imu_raw and robot.imu and robot.mag and robot.battery
+                      and robot.imu[-1].orientation_covariance[0] >= 0,
+                      'the IMU, settled, and the battery')
     raw, fused, mag = robot.imu_raw[-1], robot.imu[-1], robot.mag[-1]
     assert raw.header.frame_id == fused.header.frame_id == mag.header.frame_id == 'imu_link'
     assert raw.orientation_covariance[0] == -1  # REP-145: not reported

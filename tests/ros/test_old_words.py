@@ -1,6 +1,7 @@
 """A word said before moves nothing later: real brain and hardware node, looked at on the pulses."""
 
 import signal
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from tests.ros.hardware import STILL_US, HardwareSystem
 from tests.ros.harness import LATCHED
 from w2b_controller.say import values_of
 from w2b_core.body_status import BodyStatus
+from w2b_hw import calibration
 
 
 class Robot(HardwareSystem):
@@ -26,7 +28,7 @@ class Robot(HardwareSystem):
 
     def start_brain(self, **parameters):
         self.system.answers.clear()
-        self.brain = self.system.start('brain', controller='physical_twin', **parameters)
+        self.brain = self.system.start('brain', controller='physical_twin_serial', **parameters)
         self.system.wait_for_brain()
         # A word is to be heard by a brain that knows its body.
         self.system.wait(lambda: self.bodies, 'the state of the body')
@@ -123,3 +125,63 @@ def test_the_body_says_whether_it_follows(robot):
     robot.system.wait(lambda: not robot.bodies[-1].follows, 'not following')
     robot.hardware.stop()
     assert robot.bodies[-1].body == 'physical_twin'
+
+
+def test_a_robot_that_fell_holds_its_legs_and_relaxes_until_it_is_armed_and_told_anew(robot):
+    robot.arm()
+    robot.walks()
+    robot.chips.request({'acceleration_m_s2': [0.0, 9.7, 0.5]})
+    robot.wait_until_off()
+    robot.wait_for_state('DISARMED')
+    status = robot.system.wait_for_status('hardware: safety', 0, 'tipped over')
+    assert 'held and relaxed' in status.message
+    # The pins' history holds changes: none came between the last pose and the off.
+    *_, (held_s, held), (off_s, off) = robot.pin_history(0.0)
+    assert held.all()
+    assert not off.any()
+    assert 0.9 <= off_s - held_s <= 1.3
+    refused = robot.trigger('arm')
+    assert not refused.success
+    assert 'set it on its feet' in refused.message
+    robot.chips.request({'acceleration_m_s2': [0.0, 0.0, 9.80665]})
+    robot.spin(2.0)
+    assert robot.off()
+    robot.stands_armed()
+    robot.walks()
+
+
+def test_one_of_twelve_calibrated_servos_does_not_arm(system, tmp_path):
+    path = tmp_path / 'calibration.yaml'
+    first, *rest = calibration.nominal(calibrated=False).servos
+    calibration.save(calibration.Calibration(
+        calibration.Board(), (replace(first, calibrated=True), *rest)), path)
+    robot = HardwareSystem(system, tmp_path, calibration=path)
+    try:
+        robot.answering = True
+        robot.wait_for_frames()
+        robot.spin(1.0)
+        refused = robot.trigger('arm')
+        assert not refused.success
+        assert '1 of 12 servos are calibrated; not back_left_hip' in refused.message
+        assert 'allow_uncalibrated:=true' in refused.message
+        robot.spin(1.0)
+        assert robot.off()
+        robot.hardware.stop()
+        robot.hardware = system.start('hardware', transport=f'emulated:{robot.socket}',
+                                      calibration=path, allow_uncalibrated=True)
+        robot.frames.clear()
+        system.statuses.clear()
+        robot.arm()
+        assert '1 of 12 servos are calibrated' in robot.hardware.log
+    finally:
+        robot.close()
+
+
+def test_no_orientation_is_published_before_it_is_known(robot):
+    robot.wait_for_frames()
+    robot.system.wait(lambda: robot.imu and robot.imu[-1].orientation_covariance[0] >= 0,
+                      'an orientation')
+    first = robot.imu[0]
+    assert first.orientation_covariance[0] == -1, 'REP-145: not reported'
+    assert (first.orientation.x, first.orientation.w) == (0.0, 1.0)
+    assert first.linear_acceleration.z > 9.0

@@ -360,3 +360,21 @@ def test_sealing_says_what_is_not_calibrated(tmp_path):
     run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     assert 'but 1 of 12 servos are calibrated' in run.stdout
     assert 'but front_left_hip: 1200 us/rad' in run.stdout
+
+
+def test_a_file_that_could_not_be_read_is_not_lost_when_another_is_saved(chips, tmp_path):
+    path = tmp_path / 'c.yaml'
+    calibration.save(nominal(), path)
+    edited = path.read_text().replace('25000000.0', '26000000.0')
+    path.write_text(edited)
+    terminal = ScriptedTerminal('--transport', f'emulated:{chips.path}', '--file', str(path))
+    terminal.expect('checksum does not fit')
+    terminal.expect('not in a file')
+    terminal.type('s')
+    terminal.expect('what was there before is c.yaml.before.1')
+    terminal.type('s')
+    terminal.expect('saved')
+    terminal.type('q')
+    assert terminal.process.wait(10) == 0
+    assert sorted(one.name for one in tmp_path.glob('c.yaml*')) == ['c.yaml', 'c.yaml.before.1']
+    assert (tmp_path / 'c.yaml.before.1').read_text() == edited

@@ -12,10 +12,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from w2b_core.network import Network, prime, step
+from w2b_sim.engines.jit import njit
 
 Array = NDArray[np.float64]
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from w2b_core.command_process import command
 from w2b_ros import node_help
 from w2b_ros.ros_process import run
 
 if TYPE_CHECKING:
     from w2b_controller.brain_node import BrainNode
-    from w2b_ros.managed_node import Parameter
+    from w2b_ros.parameters import Parameter
 
 ABOUT = """
 The brain: hears words on `command` (std_msgs/String), primes its network with their vectors, and
@@ -28,6 +29,7 @@ def make() -> BrainNode:
     return node
 
 
+@command
 def main() -> int:
     """Run the brain until a signal; return the exit code."""
     code = node_help.answer('w2b_controller', 'brain', ABOUT, _parameters)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import os
 import select
+import shutil
 import signal
 import sys
 import termios
@@ -18,13 +19,12 @@ from pathlib import Path
 from types import FrameType
 
 from w2b_hw import calibration, command_line
-from w2b_hw.calibration import Calibration, CalibrationError
+from w2b_hw.calibration import DEFAULT_PATH, Calibration, CalibrationError
 from w2b_hw.calibration_session import HELP, Session
 from w2b_hw.guard import Guard
 from w2b_hw.servo_bank import ChipStateError, ServoBank
 from w2b_hw.transport import DEFAULT_DEVICE, EMULATED, open_transport
 
-DEFAULT_PATH = Path('~/.config/w2b/calibration.yaml')
 _SIGN_OF_LIFE_EVERY_S = 0.1
 _CTRL_C, _CTRL_D = '\x03', '\x04'
 
@@ -82,11 +82,12 @@ def run(session: Session, terminal: Terminal, path: Path, guard: Guard | None) -
         elif key == 's':
             try:
                 finished = session.finished()
+                aside = '' if session.in_file else keep_aside(path)
                 calibration.save(finished, path)
                 session.saved = session.in_file = True
                 session.message = f'saved {path}'
-                if finished.problem:
-                    session.message += f'; {finished.problem}'
+                session.message += ''.join(
+                    f'; {note}' for note in (aside, finished.problem) if note)
             except (CalibrationError, OSError) as error:
                 session.saved = False
                 session.message = f'not saved: {error}'
@@ -94,6 +95,18 @@ def run(session: Session, terminal: Terminal, path: Path, guard: Guard | None) -
             leaving = False
             session.press(key)
         terminal.print(session.show())
+
+
+def keep_aside(path: Path) -> str:
+    """Keep a file that could not be read under another name; return a note, empty if none is."""
+    if not path.is_file():
+        return ''
+    number = 1
+    while (kept := path.with_name(f'{path.name}.before.{number}')).exists():
+        number += 1
+    # A copy: if the save then fails, the file is still where it was.
+    shutil.copy2(path, kept)
+    return f'what was there before is {kept.name}'
 
 
 def start_from(path: Path) -> tuple[Calibration, str, bool]:
@@ -105,6 +118,7 @@ def start_from(path: Path) -> tuple[Calibration, str, bool]:
                 f'beginning from nominal values ({error})', False)
 
 
+@command_line.command
 def main() -> None:
     """Calibrate; exit code 1 with one line if that cannot be done."""
     parser = argparse.ArgumentParser(description='Calibrate the servos from the keyboard.')

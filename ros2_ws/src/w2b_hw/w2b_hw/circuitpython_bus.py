@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from w2b_hw.transport import Read, Transport, Write
+from w2b_hw.i2c import Read, Transport, Write
 
 
 class CircuitPythonBus:

@@ -8,6 +8,19 @@ thing between a dead node and warm servos, and runs where neither ROS nor w2b_co
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from typing import ParamSpec
+
+P = ParamSpec('P')
+
+try:
+    from w2b_core.command_process import command
+except ImportError:  # the last thing between a dead node and warm servos needs none of it
+    def command(main: Callable[P, int | None]) -> Callable[P, int | None]:
+        """Return `main` as it is."""
+        return main
+
+__all__ = ['command', 'own']
 
 
 def own() -> list[str]:

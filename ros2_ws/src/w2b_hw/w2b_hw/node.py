@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from w2b_core.command_process import command
 from w2b_ros import node_help
 from w2b_ros.ros_process import run
 
 if TYPE_CHECKING:
     from w2b_hw.hardware_node import HardwareNode
-    from w2b_ros.managed_node import Parameter
+    from w2b_ros.parameters import Parameter
 
 ABOUT = """
 The robot: twelve servos on a PCA9685 and an IMU. Takes joint targets (`joint_trajectory`), sends
@@ -29,6 +30,7 @@ def make() -> HardwareNode:
     return node
 
 
+@command
 def main() -> int:
     """Run the node until a signal; the servos are off when it ends."""
     code = node_help.answer('w2b_hw', 'hardware', ABOUT, _parameters)

@@ -16,8 +16,7 @@ from importlib import import_module
 from pathlib import Path
 
 from w2b_hw import calibration, command_line
-from w2b_hw.calibrate import DEFAULT_PATH
-from w2b_hw.calibration import HOW_TO_FINISH, CalibrationError
+from w2b_hw.calibration import DEFAULT_PATH, HOW_TO_FINISH, CalibrationError
 from w2b_hw.imu import registry
 from w2b_hw.imu.part import ImuError
 from w2b_hw.power import HWMON, Power
@@ -187,6 +186,7 @@ def check_bus(name: str, address: int, imu: str) -> list[Check]:
         transport.close()
 
 
+@command_line.command
 def main() -> None:
     """Print all findings; exit code 1 if something is missing that the robot needs."""
     parser = argparse.ArgumentParser(description='Check what the robot needs. Only reads.')

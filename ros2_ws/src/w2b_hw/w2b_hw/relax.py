@@ -59,6 +59,7 @@ def relax_until(transport_name: str, address: int, deadline_s: float) -> OSError
             time.sleep(0.005)
 
 
+@command_line.command
 def main() -> None:
     """Relax all servos; exit code 1 if the chip could not be reached."""
     parser = argparse.ArgumentParser(description='Turn all servos off. Needs only the I2C bus.')

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from adafruit_pca9685 import PCA9685
 
 from w2b_hw.circuitpython_bus import CircuitPythonBus
+from w2b_hw.i2c import Transport, Write, read_register
 from w2b_hw.relax import (
     ALL_LED_OFF_H,
     LED0_ON_L,
@@ -21,7 +22,6 @@ from w2b_hw.relax import (
     PRE_SCALE,
     all_channels_off,
 )
-from w2b_hw.transport import Transport, Write, read_register
 
 MODE1_RUNNING = 0x20  # auto-increment; awake, no all-call, no sub addresses
 MODE2_ON_ACK = 0x0C  # totem pole, outputs change on ACK

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
+from w2b_core import trajectory
+from w2b_core.body_status import marked_epoch
 from w2b_core.sensor_frames import FrameError, named_values
 from w2b_hw.joints import JOINTS
 from w2b_hw.safety import Pose
@@ -13,19 +17,88 @@ class TargetRefusedError(ValueError):
     """A target that does not move the robot; one line says why."""
 
 
+class Header(Protocol):
+    """A `std_msgs/Header`."""
+
+    stamp: trajectory.Time
+    frame_id: str
+
+
+class Trajectory(Protocol):
+    """A `trajectory_msgs/JointTrajectory`."""
+
+    header: Header
+    joint_names: Sequence[str]
+    points: Sequence[trajectory.Point]
+
+
+@dataclass(frozen=True)
+class Target:
+    """
+    A target that may be handed on: see `safety.Safety.take_target`.
+
+    `counts` is whether it moves the robot now: not if it follows a word of an earlier epoch or
+    answers a frame from before the arming. `stamp_ns` is that of the frame that it answers.
+    """
+
+    pose: Pose
+    word_epoch: str | None
+    counts: bool
+    stamp_ns: int
+
+
 class TargetGate:
     """
     Checks targets as they arrive.
 
     A target carries the stamp of the sensor frame that it answers, so its age is that of what
-    the brain knew. `max_age_s` is the time in which an answer must come.
+    the brain knew. `max_age_s` is the time in which an answer must come, `period_s` that of frames.
     """
 
-    def __init__(self, max_age_s: float = 0.150) -> None:
+    def __init__(self, max_age_s: float = 0.150, period_s: float = 0.05) -> None:
         self._max_age_s = max_age_s
+        self._period_s = period_s
         self._last_stamp_ns = 0
+        self._armed_at_ns = 0
         self.accepted = 0
         self.refused = 0
+
+    def armed(self, now_ns: int) -> None:
+        """Tell that the robot was armed: answers to frames of before move nothing."""
+        self._armed_at_ns = now_ns
+
+    def take(self, message: Trajectory, now_ns: int, epoch: str) -> Target:
+        """
+        Return what a message asks for.
+
+        Parameters
+        ----------
+        message, now_ns
+            The message, and the time on the clock of its stamp.
+        epoch
+            The robot's, now.
+
+        Raises
+        ------
+        TargetRefusedError
+            If it is not executed as it is written (`w2b_core.trajectory`), or as `check` says.
+
+        """
+        try:
+            stamp_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
+            trajectory.check(message.joint_names, message.points, self._period_s)
+        except trajectory.TrajectoryError as error:
+            self.refused += 1
+            raise TargetRefusedError(str(error)) from None
+        pose = self.check(message.joint_names, [point.positions for point in message.points],
+                          stamp_ns, now_ns)
+        word_epoch = marked_epoch(message.header.frame_id)
+        if stamp_ns < self._armed_at_ns <= now_ns:
+            # Whoever sent it; no epoch is empty.
+            word_epoch = ''
+        counts = word_epoch in (None, epoch)
+        self.refused += not counts
+        return Target(pose, word_epoch, counts, stamp_ns)
 
     def check(self, names: Sequence[str], points: Sequence[Sequence[float]], stamp_ns: int,
               now_ns: int) -> Pose:

@@ -1,16 +1,20 @@
 """
-The wire to the chips: one method, `transfer`, under every driver of this package.
+Buses by name, the kernel's among them, and how often a transfer is tried again.
 
-A transfer is a list of I2C messages joined by repeated starts and ended by one stop. It either
-happens whole or raises an OSError with the kernel's error number: 121 (EREMOTEIO), 6 (ENXIO) or
-5 (EIO) for a chip that does not acknowledge, 110 (ETIMEDOUT) for a bus that is held.
+What a bus is stands in `i2c`, which drivers and emulated chips alike are written to.
 """
 
 from __future__ import annotations
 
 import errno
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+
+from w2b_hw.i2c import Message, Read, Transport, Write, read_register, write_register
+
+__all__ = [
+    'DEFAULT_DEVICE', 'EMULATED', 'TRANSIENT_ERRNOS', 'FrameBudget', 'LinuxTransport', 'Message',
+    'Read', 'Transport', 'Write', 'check_name', 'is_emulated', 'open_transport', 'read_register',
+    'write_register']
 
 #: A missing acknowledge, or a lost arbitration: worth another try at once.
 TRANSIENT_ERRNOS = frozenset({errno.EREMOTEIO, errno.EIO, errno.ENXIO, errno.EAGAIN})
@@ -20,43 +24,6 @@ EMULATED = 'emulated'
 # linux/i2c-dev.h; smbus2 does not name these two.
 _I2C_RETRIES = 0x0701
 _I2C_TIMEOUT = 0x0702
-
-
-class Write(NamedTuple):
-    """An I2C message to a chip."""
-
-    address: int
-    data: bytes
-
-
-class Read(NamedTuple):
-    """An I2C message from a chip."""
-
-    address: int
-    length: int
-
-
-Message = Write | Read
-
-
-class Transport(Protocol):
-    """An I2C bus."""
-
-    def transfer(self, messages: Sequence[Message]) -> list[bytes]:
-        """Send the messages as one transfer; return what each Read got (OSError if it fails)."""
-
-    def close(self) -> None:
-        """Release the bus."""
-
-
-def read_register(transport: Transport, address: int, register: int, count: int = 1) -> bytes:
-    """Return `count` bytes from a chip's register on."""
-    return transport.transfer([Write(address, bytes([register])), Read(address, count)])[0]
-
-
-def write_register(transport: Transport, address: int, register: int, value: int) -> None:
-    """Write one register of a chip."""
-    transport.transfer([Write(address, bytes([register, value]))])
 
 
 class LinuxTransport:

@@ -12,7 +12,9 @@ import faulthandler
 import os
 import signal
 import sys
+import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from types import FrameType
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
@@ -70,12 +72,34 @@ class StopFlag:
         self.requested = True
 
 
+def provide_log_folder() -> None:
+    """
+    Give ROS a folder for its logs where its own cannot be written: without one it does not start.
+
+    That is ROS_LOG_DIR, else ROS_HOME/log, else ~/.ros/log.
+    """
+    home = os.environ.get('ROS_HOME') or os.path.join(os.path.expanduser('~'), '.ros')
+    folder = os.environ.get('ROS_LOG_DIR') or os.path.join(home, 'log')
+    with suppress(OSError, ValueError):
+        os.makedirs(folder, exist_ok=True)
+        # ROS itself finds no home where HOME is not set.
+        if os.access(folder, os.W_OK | os.X_OK) and (
+                os.environ.get('HOME') or os.environ.get('ROS_HOME')
+                or os.environ.get('ROS_LOG_DIR')):
+            return
+    with suppress(OSError):
+        os.environ['ROS_LOG_DIR'] = tempfile.mkdtemp(prefix='w2b-log-')
+        print(f'warning: {folder}: expected a folder that can be written, for logs; they are in '
+              f'{os.environ["ROS_LOG_DIR"]} (ROS_LOG_DIR chooses another)', file=sys.stderr)
+
+
 def start_ros() -> bool:
     """Start ROS without its signal handlers; False, having said why in one line, if it cannot."""
     import rclpy
     from rclpy.exceptions import NameValidationException
     from rclpy.impl.implementation_singleton import rclpy_implementation
     from rclpy.signals import SignalHandlerOptions
+    provide_log_folder()
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except rclpy_implementation.UnknownROSArgsError as error:
@@ -102,6 +126,7 @@ def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> NoR
     from rclpy.impl.implementation_singleton import rclpy_implementation
     from rclpy.signals import SignalHandlerOptions
     code = 1
+    provide_log_folder()
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         code = _spin(make_node, stop)
@@ -148,6 +173,7 @@ def leave(code: int) -> NoReturn:
 
     Those take their time, in rare cases for ever, and a signal that comes meanwhile kills.
     """
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError, AttributeError):  # closed, or nobody reads it
+            stream.flush()
     os._exit(code)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from w2b_core.command_process import command
 from w2b_ros import node_help
 from w2b_ros.ros_process import run
 
 if TYPE_CHECKING:
-    from w2b_ros.managed_node import Parameter
+    from w2b_ros.parameters import Parameter
     from w2b_sim.sim_node import SimNode
 
 ABOUT = """
@@ -26,6 +27,7 @@ def make() -> SimNode:
     return SimNode()
 
 
+@command
 def main() -> int:
     """Run the simulation until a signal; return the exit code."""
     code = node_help.answer('w2b_sim', 'sim', ABOUT, _parameters)

@@ -8,10 +8,13 @@ from difflib import get_close_matches
 
 from w2b_controller.cli.commands import COMMANDS
 from w2b_core import __version__
+from w2b_core.command_process import command
 from w2b_core.registry import PluginError
 
 USAGE_ERROR = 2
 
+
+@command
 def main() -> int:
     """Run the command line; return the exit code."""
     arguments = sys.argv[1:]
@@ -41,10 +44,6 @@ def main() -> int:
         print(f'w2b {name}: cannot start, the module {error.name} is missing; '
               + _what_to_install(str(error.name), COMMANDS.get(name).extras), file=sys.stderr)
         return USAGE_ERROR
-    except BrokenPipeError:
-        # Who read our output has seen enough.
-        sys.stderr.close()
-        return 0
 
 
 def _what_to_install(module: str, extras: str) -> str:

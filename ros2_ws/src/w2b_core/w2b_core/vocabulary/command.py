@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
-import signal
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
+from w2b_core.command_process import command
 from w2b_core.vocabulary import VocabularyError, store
 from w2b_core.vocabulary.install import BOLUKBASI
 from w2b_core.vocabulary.packaged import SOURCE, Report
@@ -71,17 +67,13 @@ def parser() -> argparse.ArgumentParser:
     return top
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; return 0, 1 after one line about what went wrong, or what a signal gives."""
     args = parser().parse_args(argv)
     try:
         {'install': _install, 'list': _list, 'neighbours': _neighbours,
          'make-default': _make_default}[args.command](args)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        # The reader, such as `head`, has seen enough. Nor may the flush at the exit find it gone.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 128 + signal.SIGPIPE
     except VocabularyError as error:
         print(f'vocabulary: {error}', file=sys.stderr)
         return 1
@@ -114,7 +106,19 @@ def _install(args: argparse.Namespace) -> None:
 
 @contextmanager
 def _progress_bar() -> Iterator[Report]:
-    """Give a function that draws what is going on, on standard error."""
+    """Give a function that draws what is going on, on standard error, where rich is installed."""
+    try:
+        from rich.console import Console
+        from rich.progress import (
+            BarColumn,
+            Progress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeRemainingColumn,
+        )
+    except ImportError:
+        yield lambda _what, _done, _total: None
+        return
     columns = (TextColumn('{task.description:>28}'), BarColumn(), TaskProgressColumn(),
                TimeRemainingColumn())
     console = Console(stderr=True)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from w2b_hw.emulation.pca9685 import Outputs
-from w2b_hw.transport import Message, Write
+from w2b_hw.i2c import Message, Write
 
 
 class SocketTransport:

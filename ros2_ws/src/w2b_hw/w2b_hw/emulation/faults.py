@@ -6,7 +6,7 @@ import errno
 from collections import deque
 from collections.abc import Callable, Sequence
 
-from w2b_hw.transport import Message, Read, Transport, Write
+from w2b_hw.i2c import Message, Read, Transport, Write
 
 #: Spoils one transfer: gets the transport and the messages, returns what the Reads got.
 Fault = Callable[[Transport, Sequence[Message]], list[bytes]]

@@ -6,7 +6,8 @@ is what is looked at: `emulator PATH` serves them, `transport:=emulated:PATH` us
 
 One JSON object a line each way. `{"transfer": [["w", address, "hex"], ["r", address, count]]}`
 gives `{"got": ["hex"]}` or `{"errno": 121, "message": "..."}`; `{"outputs": true}` gives what the
-pins did, `{"power_on": true}` is a brown-out, `{"held": true}` holds the bus.
+pins did, `{"power_on": true}` is a brown-out, `{"held": true}` holds the bus, and
+`{"acceleration_m_s2": [x, y, z]}` is the specific force that the IMU feels from now on.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from typing import Any
 
 from w2b_hw import command_line
 from w2b_hw.emulation.robot import IMUS, EmulatedRobot
-from w2b_hw.transport import Message, Read, Write
+from w2b_hw.i2c import Message, Read, Write
 
 
 class ChipServer:
@@ -67,6 +68,9 @@ class ChipServer:
                 return {'errno': error.errno, 'message': error.strerror}
         if 'power_on' in request:
             self.robot.pca9685.power_on()
+        if 'acceleration_m_s2' in request:
+            x, y, z = map(float, request['acceleration_m_s2'])
+            self.robot.motion.acceleration_m_s2 = (x, y, z)
         if 'held' in request:
             self._held = bool(request['held'])
         chip, wire = self.robot.pca9685, self.robot.wire
@@ -81,6 +85,7 @@ class ChipServer:
         return self.robot.wire.transfer(messages)
 
 
+@command_line.command
 def main() -> None:
     """Serve emulated chips."""
     parser = argparse.ArgumentParser(description='Serve emulated chips on a Unix socket.')

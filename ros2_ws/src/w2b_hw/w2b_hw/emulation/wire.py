@@ -11,7 +11,7 @@ import errno
 from collections.abc import Sequence
 from typing import Protocol
 
-from w2b_hw.transport import Message, Write
+from w2b_hw.i2c import Message, Write
 
 
 class Chip(Protocol):

@@ -11,8 +11,8 @@ import time
 from math import radians
 from typing import ClassVar
 
+from w2b_hw.i2c import Transport, read_register, write_register
 from w2b_hw.imu.part import STANDARD_GRAVITY_M_S2, FrozenCheck, ImuError, Sample, scaled
-from w2b_hw.transport import Transport, read_register, write_register
 
 _REG_BANK_SEL, _BANK_0, _BANK_2 = 0x7F, 0x00, 0x20
 _PWR_MGMT_1, _INT_PIN_CFG, _INT_STATUS_1, _ACCEL_XOUT_H = 0x06, 0x0F, 0x1A, 0x2D

@@ -11,8 +11,8 @@ import time
 from math import radians
 from typing import ClassVar
 
+from w2b_hw.i2c import Transport, read_register, write_register
 from w2b_hw.imu.part import STANDARD_GRAVITY_M_S2, FrozenCheck, ImuError, Sample, scaled
-from w2b_hw.transport import Transport, read_register, write_register
 
 _CTRL1_XL, _CTRL3_C, _STATUS_REG = 0x10, 0x12, 0x1E
 _SW_RESET = 0x01

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
-from w2b_hw.transport import Transport
+from w2b_hw.i2c import Transport
 
 Vector = tuple[float, float, float]
 STANDARD_GRAVITY_M_S2 = 9.80665

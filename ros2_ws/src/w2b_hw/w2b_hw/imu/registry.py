@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from w2b_hw.i2c import Transport, read_register
 from w2b_hw.imu.icm20948 import Icm20948
 from w2b_hw.imu.lsm6dsox_lis3mdl import Lsm6dsoxLis3mdl
 from w2b_hw.imu.part import ImuError, Part
-from w2b_hw.transport import Transport, read_register
 
 PARTS: tuple[type[Part], ...] = (Lsm6dsoxLis3mdl, Icm20948)
 AUTO, NONE = 'auto', 'none'

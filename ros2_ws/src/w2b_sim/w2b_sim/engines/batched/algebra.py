@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from w2b_sim.engines.batched.simd import fma
+from w2b_sim.engines.jit import njit
 
 #: For every function that becomes a part of the one compiled call, and so needs no way in from
 #: Python. Division by zero gives infinity, as IEEE says, instead of an exception.
