@@ -136,7 +136,8 @@ def test_threshold_is_a_parameter(ear, vocabulary):
 def test_sentences_need_no_vectors():
     def judge(word):
         behaviour = {'stop': 'stop', 'go': 'forward', 'back': 'backward'}.get(word, '')
-        return WordHeard(word, Role.COMMAND if behaviour else Role.OTHER, behaviour)
+        return WordHeard(word, Role.COMMAND if behaviour else Role.OTHER, behaviour,
+                         by_heart=bool(behaviour))
     def behaviour(text):
         return asked(clauses(text), judge, ('stop', 'backward', 'forward')).behaviour
     assert behaviour("don't go") == 'stop'
@@ -145,6 +146,25 @@ def test_sentences_need_no_vectors():
     assert behaviour("don't stop and go") == 'stop'
     assert behaviour('go back') == 'backward'
     assert behaviour('go, back') == ''
+
+
+def test_guesses_give_way_to_what_is_known_and_are_not_trusted_in_long_sentences():
+    known = {'go': 'forward', 'stop': 'stop'}
+    guessed = {'flop': 'backward', 'desist': 'stop'}
+    def judge(word):
+        behaviour = known.get(word) or guessed.get(word, '')
+        return WordHeard(word, Role.COMMAND if behaviour else Role.OTHER, behaviour, 0.9, 1.0,
+                         by_heart=word in known)
+    def behaviour(text):
+        return asked(clauses(text), judge, ('stop', 'backward', 'forward'),
+                     (0.0, 0.5, 2.0)).behaviour
+    assert behaviour('flop') == 'backward'
+    assert behaviour('flop table') == 'backward'
+    assert behaviour('flop big table') == ''
+    assert behaviour('go flop') == 'forward'
+    assert behaviour('desist big table') == ''
+    assert behaviour('go desist big table') == 'stop'
+    assert behaviour('stop big old table') == 'stop'
 
 
 def test_json_gives_the_same_ear(ear, vocabulary):

@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -102,11 +102,9 @@ def judge(words: Lexicon, vocabulary: Vocabulary, built: Built, counts: Sequence
         'accuracy': {**{count: _json(found) for count, found in few.items()},
                      LEFT_OUT: _json(left_out)},
         'refusal': gate,
-        'phrases': {'plain': phrases.shares['plain'], 'negated': phrases.shares['negated'],
-                    'irrelevant_refused': phrases.shares['irrelevant'],
-                    'left_out': {'plain': phrases.left_out['plain'],
-                                 'negated': phrases.left_out['negated'],
-                                 'irrelevant_refused': phrases.left_out['irrelevant']},
+        'phrases': {**_phrases(phrases.shares),
+                    'one_family_left_out': _phrases(phrases.one_left_out),
+                    'all_families_left_out': _phrases(phrases.all_left_out),
                     'wrong': [{'text': one.phrase.text, 'label': one.phrase.label,
                                'answer': one.answer} for one in phrases.wrong]},
         'common_words_that_move': moving,
@@ -129,6 +127,11 @@ def metric_for(vocabulary: Vocabulary, words: Lexicon, folder: Path) -> tuple[Bu
         print(f'grounding: {error}. The metric that ships serves; it has seen the relations of '
               f'{len(seen)} of the judged words', file=sys.stderr)
         return shipped, seen
+
+
+def _phrases(shares: Mapping[str, float | None]) -> dict[str, float | None]:
+    return {'plain': shares['plain'], 'negated': shares['negated'],
+            'irrelevant_refused': shares['irrelevant']}
 
 
 def _json(found: Accuracy | None) -> dict[str, Any] | None:

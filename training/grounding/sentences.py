@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from training.grounding.folds import Folds
@@ -26,29 +26,47 @@ class Sentences:
     """
     Shares of right answers by kind, None where a lexicon has no such phrases.
 
-    `left_out`: by ears that never heard a family of any word of the phrase.
+    Attributes
+    ----------
+    shares
+        By the ear that heard all words of the lexicon.
+    one_left_out
+        By ears that never heard one family of the phrase's words; mean over these families.
+    all_left_out
+        By ears that never heard any of them.
+    wrong
+        What the ear that heard all words gets wrong.
+
     """
 
     shares: Mapping[str, float | None]
-    left_out: Mapping[str, float | None]
+    one_left_out: Mapping[str, float | None]
+    all_left_out: Mapping[str, float | None]
     wrong: tuple[Heard, ...]
 
 
 def measure(folds: Folds) -> Sentences:
-    """Return how many phrases are right: with all words, and with their families left out."""
+    """Return how many phrases are right."""
     ears: dict[frozenset[str], Listener] = {}
     words = folds.words
-    heard: list[Heard] = []
-    unheard: list[Heard] = []
+
+    def right(phrase: TestPhrase, without: Iterable[str] = ()) -> float:
+        families = frozenset(without)
+        if families not in ears:
+            ears[families] = Listener(folds.ear(families), folds.vocabulary, folds.metric)
+        return float(_answer(ears[families], phrase) == phrase.label)
+
+    scores = []
     for phrase in words.phrases:
-        families = frozenset(words.words[word].family for word in _words(phrase.text)
-                             if word in words.words and word not in english.SIDES)
-        for without, answers in ((frozenset[str](), heard), (families, unheard)):
-            if without not in ears:
-                ears[without] = Listener(folds.ear(without), folds.vocabulary, folds.metric)
-            answers.append(Heard(phrase, _answer(ears[without], phrase)))
-    return Sentences(_shares(heard), _shares(unheard),
-                     tuple(one for one in heard if one.answer != one.phrase.label))
+        families = sorted({words.words[word].family for word in _words(phrase.text)
+                           if word in words.words and word not in english.SIDES})
+        one = [right(phrase, [family]) for family in families] or [right(phrase)]
+        scores.append((right(phrase), sum(one) / len(one), right(phrase, families)))
+    wrong = tuple(Heard(phrase, _answer(ears[frozenset()], phrase))
+                  for phrase, score in zip(words.phrases, scores, strict=True) if not score[0])
+    every, one_out, all_out = ([score[place] for score in scores] for place in range(3))
+    return Sentences(_shares(words.phrases, every), _shares(words.phrases, one_out),
+                     _shares(words.phrases, all_out), wrong)
 
 
 def _answer(ear: Listener, phrase: TestPhrase) -> str:
@@ -63,10 +81,10 @@ def _words(text: str) -> list[str]:
         return []
 
 
-def _shares(heard: list[Heard]) -> dict[str, float | None]:
+def _shares(phrases: Sequence[TestPhrase], scores: Sequence[float]) -> dict[str, float | None]:
     shares: dict[str, float | None] = {}
     for kind in KINDS:
-        right = [one.answer == one.phrase.label for one in heard if one.phrase.kind == kind]
-        shares[kind] = sum(right) / len(right) if right else None
+        found = [score for phrase, score in zip(phrases, scores, strict=True)
+                 if phrase.kind == kind]
+        shares[kind] = sum(found) / len(found) if found else None
     return shares
-

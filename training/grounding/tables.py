@@ -44,10 +44,12 @@ def gate(judged: Mapping[str, Any]) -> str:
 def phrases(judged: Mapping[str, Any]) -> str:
     """Return how many phrases are right."""
     found = judged['phrases']
-    rows = [('phrases', 'all words heard', 'their families never heard')]
+    rows = [('phrases', 'all words heard', 'one family of the phrase left out',
+             'all its families left out')]
     for name, title in (('plain', 'plain'), ('negated', 'negated'),
                         ('irrelevant_refused', 'irrelevant, refused')):
-        rows.append((title, share(found[name]), share(found['left_out'][name])))
+        rows.append((title, share(found[name]), share(found['one_family_left_out'][name]),
+                     share(found['all_families_left_out'][name])))
     return table(rows)
 
 

@@ -29,9 +29,9 @@ setup(
         'console_scripts': [
             'hardware = w2b_hw.node:main',
             'relax = w2b_hw.relax:main',
-            'calibrate = w2b_hw.calibrate:main',
-            'preflight = w2b_hw.preflight:main',
-            'emulator = w2b_hw.emulation.server:main',
+            'calibrate = w2b_hw.entry:calibrate',
+            'preflight = w2b_hw.entry:preflight',
+            'emulator = w2b_hw.entry:emulator',
         ],
     },
 )

@@ -19,14 +19,13 @@ from pathlib import Path
 from types import FrameType
 
 from w2b_hw import calibration, command_line
-from w2b_hw.calibration import Calibration, CalibrationError
+from w2b_hw.calibration import DEFAULT_PATH, Calibration, CalibrationError
 from w2b_hw.calibration_session import HELP, Session
 from w2b_hw.guard import Guard
 from w2b_hw.joints import BODY, TWIN, JointList, named
 from w2b_hw.servo_bank import ChipStateError, ServoBank
 from w2b_hw.transport import DEFAULT_DEVICE, EMULATED, open_transport
 
-DEFAULT_PATH = Path('~/.config/w2b/calibration.yaml')
 _SIGN_OF_LIFE_EVERY_S = 0.1
 _CTRL_C, _CTRL_D = '\x03', '\x04'
 

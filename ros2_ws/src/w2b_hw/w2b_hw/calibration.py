@@ -22,6 +22,8 @@ from w2b_core.sensor_frames import shown
 from w2b_hw import plain_yaml
 from w2b_hw.joints import TWIN, JointList
 
+#: Where the robot's own calibration is kept.
+DEFAULT_PATH = Path('~/.config/w2b/calibration.yaml')
 FORMAT, VERSION = 'w2b-calibration', 1
 #: No servo of this class is driven beyond these, whatever a file says.
 SHORTEST_US, LONGEST_US = 500.0, 2500.0

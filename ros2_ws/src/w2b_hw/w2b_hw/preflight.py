@@ -16,8 +16,7 @@ from importlib import import_module
 from pathlib import Path
 
 from w2b_hw import calibration, command_line
-from w2b_hw.calibrate import DEFAULT_PATH
-from w2b_hw.calibration import HOW_TO_FINISH, CalibrationError
+from w2b_hw.calibration import DEFAULT_PATH, HOW_TO_FINISH, CalibrationError
 from w2b_hw.imu import registry
 from w2b_hw.imu.part import ImuError
 from w2b_hw.joints import BODY, TWIN, JointList, named

@@ -43,6 +43,8 @@ class WordHeard:
         How much it is like a command, above 0 if it passes; NaN where nothing was measured.
     nearest
         Known words, the nearest first.
+    by_heart
+        Whether it is a word of the training or of the rules.
 
     """
 
@@ -52,6 +54,7 @@ class WordHeard:
     probability: float = 0.0
     familiarity: float = float('nan')
     nearest: tuple[Near, ...] = ()
+    by_heart: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -165,7 +165,8 @@ class Listener:
             sentence = clauses(text)
         except VocabularyError as error:
             return Refused(str(error))
-        found = self._misspelt(asked(sentence, self.judge_word, self.ear.priority))
+        found = self._misspelt(asked(
+            sentence, self.judge_word, self.ear.priority, self.ear.judge.margins))
         if found.behaviour and found.because is not None:
             command = np.array([float(name == found.behaviour) for name in self.ear.behaviours])
             return Understood(found.behaviour, found.because.probability, command,
@@ -197,7 +198,8 @@ class Listener:
         nearest = self._nearest(known, point)
         familiarity = float(self.ear.judge.familiarity(point))
         if known in self.ear.words:
-            return WordHeard(known, Role.COMMAND, self.ear.words[known], 1.0, familiarity, nearest)
+            return WordHeard(known, Role.COMMAND, self.ear.words[known], 1.0, familiarity, nearest,
+                             by_heart=True)
         if familiarity <= 0 or known in self.ear.near:
             return WordHeard(known, Role.OTHER, '', 0.0, familiarity, nearest)
         probabilities = self.ear.judge.probabilities(point)

@@ -33,6 +33,7 @@ def to_json(ear: Ear) -> dict[str, Any]:
         'words': [{'behaviour': name, 'words': found} for name, found in words.items()],
         'near': list(ear.near), 'unclaimed': list(ear.unclaimed), 'classes': list(judge.classes),
         'sharpness': judge.sharpness, 'threshold': judge.threshold,
+        'margins': [list(judge.margins)],
         'classifier': _softmax_json(judge.classifier), 'gate': _softmax_json(judge.gate),
         'means': judge.means.tolist(), 'how': dict(ear.how)}
 
@@ -89,7 +90,8 @@ def _judge(fields: Fields, behaviours: tuple[str, ...]) -> Judge:
     elements = classifier.weights.shape[1]
     gate = _softmax(fields.fields('gate'), len(classes) + 1, elements)
     means = _matrix(fields, 'means', len(classes), elements)
-    return Judge(classes, classifier, sharpness, gate, means, threshold)
+    margins = _matrix(fields, 'margins', 1, None)[0]
+    return Judge(classes, classifier, sharpness, gate, means, threshold, tuple(margins.tolist()))
 
 
 def _softmax_json(softmax: Softmax) -> dict[str, Any]:

@@ -73,7 +73,7 @@ STOP = 'stop'
 #: be asked to walk; *he*, *the stock* and *where* are not.
 STATEMENTS = _words(
     'he she it its they we i im ive who whom whose which what where when why how is are am was '
-    'were does did has have had there this that these those my his her our their some many most '
+    'were does did has had there this that these those my his her our their some many most '
     'the')
 #: After these words a statement is a wish after all: *i want you to go*, *it is time to go*.
 WISHES = _words('want wants wish ask tell order command need time like')

@@ -29,6 +29,8 @@ BEHAVIOUR_WEIGHT, NEAR_WEIGHT, BACKGROUND_WEIGHT = 200.0, 200.0, 400.0
 COSINE_WEIGHT = 5.0
 #: Words drawn at random are accepted this often; see `Judge.with_threshold`.
 ACCEPTED_AT_RANDOM = 0.10
+#: Longer sentences need no more than one of so many words with a meaning.
+SENTENCE_WORDS = 5
 #: Factor of the classifier's logits where no families are there to calibrate it.
 SHARPNESS = 2.5
 
@@ -51,7 +53,10 @@ class Judge:
     means: shape (C, E)
         Mean of each behaviour's words, at unit length.
     threshold
-        Least score of a command.
+        Least score of a word that is a command by itself.
+    margins
+        How much more a command needs in a sentence of 1, 2, 3 ... words with a meaning: each may
+        be taken for one by chance, and a sentence shall be no oftener than a word.
 
     """
 
@@ -61,6 +66,7 @@ class Judge:
     gate: Softmax
     means: Array
     threshold: float
+    margins: tuple[float, ...] = (0.0,)
 
     def probabilities(self, points: Array) -> Array:
         """Return the behaviours' probabilities (..., C) of words (..., E) that are commands."""
@@ -81,7 +87,10 @@ class Judge:
 
     def with_threshold(self, random: Array, accepted: float = ACCEPTED_AT_RANDOM) -> Judge:
         """Return the judge that accepts this share of words (n, E) drawn at random."""
-        return replace(self, threshold=float(np.quantile(self.score(random), 1 - accepted)))
+        least = np.quantile(self.score(random),
+                            [1 - accepted / words for words in range(1, SENTENCE_WORDS + 1)])
+        return replace(self, threshold=float(least[0]),
+                       margins=tuple(map(float, least - least[0])))
 
 
 def learn(points: Array, labels: NDArray[np.intp], classes: tuple[str, ...], near: Array,

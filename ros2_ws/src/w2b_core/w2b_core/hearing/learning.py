@@ -180,7 +180,8 @@ def rounded(learned: Judge) -> Judge:
         return Softmax(np.round(value.weights, DECIMALS), np.round(value.biases, DECIMALS))
     return replace(learned, classifier=softmax(learned.classifier), gate=softmax(learned.gate),
                    means=np.round(learned.means, DECIMALS),
-                   threshold=round(learned.threshold, DECIMALS))
+                   threshold=round(learned.threshold, DECIMALS),
+                   margins=tuple(round(margin, DECIMALS) for margin in learned.margins))
 
 
 def _loss(logits: Array, labels: NDArray[np.intp]) -> float:

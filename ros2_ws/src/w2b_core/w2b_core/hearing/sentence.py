@@ -84,7 +84,8 @@ def clauses(text: str) -> tuple[Clause, ...]:
     return tuple(clause for clause in found if clause.words)
 
 
-def asked(sentence: Sequence[Clause], judge: JudgeWord, priority: Sequence[str]) -> Asked:
+def asked(sentence: Sequence[Clause], judge: JudgeWord, priority: Sequence[str],
+          margins: Sequence[float] = (0.0,)) -> Asked:
     """
     Return what a sentence asks for.
 
@@ -96,31 +97,55 @@ def asked(sentence: Sequence[Clause], judge: JudgeWord, priority: Sequence[str])
         Judges one word by itself.
     priority
         The behaviours; of two that one clause asks for, the earlier wins.
+    margins
+        Least familiarity of the word that decides a sentence of 1, 2, 3 ... words with a meaning,
+        unless it is known by heart. What only stops another command needs none.
 
     """
-    heard: list[WordHeard] = []
-    wanted: list[WordHeard] = []
+    parts: list[list[WordHeard]] = []
     turns = negated = False
     alone = sum(len(clause.words) for clause in sentence) == 1
     for clause in sentence:
         negated = negated and clause.carried
         words, negated, turn = _clause(clause.words, judge, negated, alone, priority)
         turns |= turn
-        heard += words
-        commands = [word for word in words if word.behaviour]
-        if commands:
-            wanted.append(min(commands, key=lambda word: priority.index(word.behaviour)))
+        parts.append(words)
+    parts = _without_guesses(parts)
+    heard = tuple(word for part in parts for word in part)
+    wanted = [min(commands, key=lambda word: priority.index(word.behaviour)) for part in parts
+              if (commands := [word for word in part if word.behaviour])]
     if not wanted:
-        problem = 'left or right?' if turns else ''
-        return Asked('', None, problem, tuple(heard))
+        return Asked('', None, 'left or right?' if turns else '', heard)
     first = min(wanted, key=lambda word: priority.index(word.behaviour))
     rivals = sorted({word.behaviour for word in wanted}, key=priority.index)
     problem = ''
-    if first.behaviour != STOP and len(rivals) > 1:
+    if _too_unlike(first.behaviour, heard, margins):
+        problem = f'has {first.text!r}, which is too unlike a command for a sentence'
+    elif first.behaviour != STOP and len(rivals) > 1:
         problem = f'asks for {" and ".join(rivals)}: say one at a time'
     elif first.behaviour != STOP:
         problem = _doubt(sentence, heard)
-    return Asked('' if problem else first.behaviour, first, problem, tuple(heard))
+    return Asked('' if problem else first.behaviour, first, problem, heard)
+
+
+def _without_guesses(parts: Sequence[Sequence[WordHeard]]) -> list[list[WordHeard]]:
+    """Beside a command that is known by heart, take guessed ones for no command; not stops."""
+    if not any(word.by_heart and word.behaviour for part in parts for word in part):
+        return [list(part) for part in parts]
+    return [[replace(word, role=Role.OTHER, behaviour='')
+             if word.behaviour not in ('', STOP) and not word.by_heart else word
+             for word in part] for part in parts]
+
+
+def _too_unlike(behaviour: str, heard: Sequence[WordHeard], margins: Sequence[float]) -> bool:
+    """Return whether nothing of a behaviour is enough like a command for the whole sentence."""
+    meant = sum(word.role in (Role.COMMAND, Role.NEGATED, Role.OTHER, Role.UNKNOWN)
+                for word in heard)
+    margin = margins[min(meant, len(margins)) - 1]
+    if behaviour == STOP and any(word.behaviour not in ('', STOP) for word in heard):
+        return False
+    return not any(word.by_heart or word.role is Role.NEGATED or word.familiarity > margin
+                   for word in heard if word.behaviour == behaviour)
 
 
 def _words(part: str) -> tuple[str, ...]:
@@ -162,7 +187,7 @@ def _entry(words: Sequence[str], judge: JudgeWord, alone: bool, priority: Sequen
         if behaviour in priority:
             text = ' '.join(words[:second + 1])
             return WordHeard(text, Role.COMMAND, behaviour, 1.0,
-                             nearest=((text, 1.0),)), second + 1
+                             nearest=((text, 1.0),), by_heart=True), second + 1
     if first in english.SIDES and not alone:
         return WordHeard(first, Role.DIRECTION), 1
     return judge(first), 1
