@@ -20,6 +20,7 @@ setup(
     ],
     install_requires=['setuptools', 'numpy', 'PyYAML', 'smbus2', 'imufusion',
                       'adafruit-circuitpython-pca9685'],
+    extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',
     maintainer_email='w2b@users.noreply.github.com',

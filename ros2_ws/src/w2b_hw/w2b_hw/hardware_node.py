@@ -42,26 +42,46 @@ from w2b_hw.transport import (
 from w2b_hw.watchdog import Systemd
 from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
-from w2b_ros.managed_node import ManagedNode, Parameter, declare
+from w2b_ros.managed_node import ManagedNode
+from w2b_ros.parameters import Parameter, When, check_frame_id, declare
 from w2b_ros.ros_messages import FRAMES_OUT, TARGETS, to_stamp
 
 RATE_HZ = 20.0
 PULSES = QoSProfile(depth=10)
 DEFAULT_CALIBRATION = '~/.config/w2b/calibration.yaml'
+
+
+def _check_imu(name: str) -> None:
+    if name not in registry.CHOICES:
+        raise ValueError(f'expected one of {", ".join(registry.CHOICES)}, got {name!r}')
+
+
+def _check_body(name: str) -> None:
+    joints.named(name)
+
+
 PARAMETERS = (
-    Parameter('autostart', True, 'Configure and activate without being asked.'),
-    Parameter('auto_arm', False, 'Arm with the first target, once; a fault needs ~/arm again.'),
+    Parameter('autostart', True, 'Configure and activate without being asked.',
+              when=When.START),
+    Parameter('auto_arm', False, 'Arm with the first target, once; a fault needs ~/arm again.',
+              when=When.ACTIVATE),
     Parameter('transport', DEFAULT_DEVICE,
-              'I2C bus: a device, or emulated, or emulated:SOCKET for chips in another process.'),
-    Parameter('body', joints.BODY, 'Body that the robot is built as: its joints, limits, pose.'),
+              'I2C bus: a device, or emulated, or emulated:SOCKET for chips in another process.',
+              when=When.CONFIGURE, check=check_name),
+    Parameter('body', joints.BODY, 'Body that the robot is built as: its joints, limits, pose.',
+              when=When.CONFIGURE, check=_check_body),
     Parameter('calibration', DEFAULT_CALIBRATION,
-              'Calibration file. Emulated chips need none: an ideal robot is the default there.'),
-    Parameter('allow_uncalibrated', False, 'Arm though nobody calibrated some of the servos.'),
-    Parameter('imu', registry.AUTO, f'One of {", ".join(registry.CHOICES)}.'),
-    Parameter('use_magnetometer', False, 'Heading from the magnetic field, which servos bend.'),
+              'Calibration file. Emulated chips need none: an ideal robot is the default there.',
+              when=When.CONFIGURE),
+    Parameter('allow_uncalibrated', False, 'Arm though nobody calibrated some of the servos.',
+              when=When.CONFIGURE),
+    Parameter('imu', registry.AUTO, f'One of {", ".join(registry.CHOICES)}.',
+              when=When.CONFIGURE, check=_check_imu),
+    Parameter('use_magnetometer', False, 'Heading from the magnetic field, which servos bend.',
+              when=When.CONFIGURE),
     Parameter('watch_posture', True, 'Hold, then turn off when the IMU says that the robot fell '
-              'or was picked up.'),
-    Parameter('imu_frame_id', 'imu_link', 'Frame of the IMU messages.'),
+              'or was picked up.', when=When.CONFIGURE),
+    Parameter('imu_frame_id', 'imu_link', 'Frame of the IMU messages.', check=check_frame_id),
 )
 _BATTERY_EVERY_S = 1.0
 _CHECK_EVERY_S = 0.25
@@ -77,7 +97,7 @@ class HardwareNode(ManagedNode):
 
     def __init__(self) -> None:
         super().__init__('hardware')
-        declare(self, PARAMETERS)
+        declare(self, PARAMETERS, state=lambda: self.state_label)
         self._systemd = Systemd()
         self._bus: FrameBudget | None = None
         self._guard: Guard | None = None
