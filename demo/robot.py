@@ -73,8 +73,8 @@ class Robot:
     def say(self, words: str) -> tuple[bool, str]:
         """Run `say`; return whether the brain accepted the words, and its answer."""
         try:
-            done = subprocess.run(['say', words], env=self._session.environment, text=True,
-                                  capture_output=True, timeout=DEADLINE_S, check=False)
+            done = subprocess.run(['say', '--understood', words], env=self._session.environment,
+                                  text=True, capture_output=True, timeout=DEADLINE_S, check=False)
         except subprocess.TimeoutExpired as error:
             raise RuntimeError(f'say {words!r} did not end in {DEADLINE_S:.0f} s') from error
         return done.returncode == 0, (done.stdout + done.stderr).strip()

@@ -116,6 +116,16 @@ class System:
         node.create_subscription(DiagnosticStatus, 'command_answer', self.answers.append, LATCHED)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, EVERYTHING)
 
+    @property
+    def environment(self) -> Mapping[str, str]:
+        """The environment of this system's processes."""
+        return self._environment
+
+    @property
+    def install(self) -> str:
+        """The folder with the installed packages."""
+        return self._environment['W2B_INSTALL']
+
     def forget_before(self, first_ns: int) -> None:
         """Forget the frames before a stamp, also those that are still under way."""
         self._since_ns = first_ns

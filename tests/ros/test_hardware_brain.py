@@ -9,7 +9,7 @@ from tests.ros.hardware import STILL_US, HardwareSystem
 from w2b_core.controller import file as controller_file
 from w2b_hw.joints import JOINTS
 
-SHIPPED = 'physical_twin'
+SHIPPED = 'physical_twin_serial'
 #: Words like `stop`; the first that the controller was not trained on is said.
 SYNONYMS = ('halt', 'cease', 'pause', 'quit')
 

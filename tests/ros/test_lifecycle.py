@@ -192,8 +192,11 @@ def test_a_brain_beside_a_running_sim_starts_without_an_error(system):
 
 def test_topics_can_be_renamed_and_simulated_time_used(system):
     """The brain's own timers go on while simulated time stands still."""
-    system.start('sim', '--ros-args', '-r', 'joint_states:=measured', '-r', 'contacts:=feet')
+    sim = system.start('sim', '--ros-args', '-r', 'joint_states:=measured', '-r',
+                       'contacts:=feet')
     system.start('brain', joint_states_topic='measured', contacts_topic='feet', use_sim_time=True)
     system.spin_for_frames(50)
     system.pause(True)
+    system.wait_for_status('brain: frames', 0, 'the body is paused')
+    sim.kill()
     system.wait_for_status('brain: frames', 2, 'no sensor frames')

@@ -28,7 +28,7 @@ class Robot(HardwareSystem):
 
     def start_brain(self, **parameters):
         self.system.answers.clear()
-        self.brain = self.system.start('brain', controller='physical_twin', **parameters)
+        self.brain = self.system.start('brain', controller='physical_twin_serial', **parameters)
         self.system.wait_for_brain()
         # A word is to be heard by a brain that knows its body.
         self.system.wait(lambda: self.bodies, 'the state of the body')

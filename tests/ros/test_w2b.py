@@ -43,7 +43,7 @@ def test_hardware_is_armed_stopped_and_disarmed(system, tmp_path):
         robot.wait_for_frames()
         assert 'hardware: body' in w2b(system, 'status', code=1)
         assert 'targets' in w2b(system, 'arm', code=1), 'refused: no brain sends targets'
-        system.start('brain', controller='physical_twin')
+        system.start('brain', controller='physical_twin_serial')
         system.wait(lambda: system.targets_rad, 'targets')
         w2b(system, 'arm')
         robot.wait_for_state('ACTIVE')

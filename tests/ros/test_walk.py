@@ -24,7 +24,7 @@ def distance_m(system, first_stamp, last_stamp):
 def test_a_run_in_lockstep_repeats_the_offline_evaluation(walking):
     """All 500 frames of an evaluation, and the robot really goes somewhere."""
     first = walking.reset()
-    assert walking.say('forward').exit_code == 0
+    assert walking.say('--understood', 'forward').exit_code == 0
     walking.pause(False)
     assert_repeats(walking, first, 'forward')
     assert offline_positions_m('forward')[-1, 0] > 0.3

@@ -9,7 +9,8 @@ TRAINING = Path(__file__).resolve().parents[2] / 'training'
 #: Package of `training` -> the other packages of it that it may import: arrows point one way.
 MAY_IMPORT: dict[str, set[str]] = {
     'evolution': set(),
-    'grounding': set(),
+    'grounding': {'evolution'},
+    'judge': {'evolution'},
     'legs': {'evolution'},
     'robust': {'evolution'},
     'measure': {'evolution', 'robust', 'study'},

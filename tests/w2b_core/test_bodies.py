@@ -66,6 +66,8 @@ def test_the_urdf_command_prints_what_another_library_reads(body, capsys, tmp_pa
     path.write_text(capsys.readouterr().out)
     robot = yourdfpy.URDF.load(str(path), build_scene_graph=False)
     assert list(robot.actuated_joint_names) == [joint.name for joint in body.joints]
+    fixed = {joint.child: joint.parent for joint in robot.robot.joints if joint.type == 'fixed'}
+    assert fixed == {'imu_link': body.links[0].name}, 'the frames of imu/data and of odom'
 
 
 def test_the_urdf_command_names_the_bodies_there_are(capsys):

@@ -65,7 +65,6 @@ def test_a_body_without_touch_sensors_needs_no_contacts():
 @pytest.mark.parametrize(('names', 'values', 'reason'), [
     (['hip'], [0.0], 'knee missing'),
     ([], [], 'hip, knee missing'),
-    (['hip', 'knee', 'tail'], [0.0, 0.0, 0.0], 'unexpected tail'),
     (['hip', 'knee'], [0.0], '2 names and 1 positions'),
     (['hip', 'knee'], [], '2 names and 0 positions'),
     (['hip', 'hip', 'knee'], [0.0, 0.0, 0.0], 'hip more than once'),
@@ -84,6 +83,26 @@ def test_the_joints_of_another_body_are_told_apart(assembler):
         assembler.joint_states(1, ['wheel', 'knee'], [0.0, 0.0])
     with pytest.raises(OtherBodyError, match='contacts'):
         assembler.contacts(1, ['tail'], [0.0])
+
+
+def test_other_names_are_ignored_in_frames_whatever_they_hold(assembler):
+    assert assembler.joint_states(1, ['pan', 'hip', 'knee', 'pan'], [math.nan, 0.1, 0.2, 9.0]) \
+        is None
+    frame = assembler.contacts(1, ['tail', *FEET], [0.5, 1.0, 0.0])
+    assert frame == SensorFrame(1, {'hip': 0.1, 'knee': 0.2},
+                                {'left_foot': True, 'right_foot': False})
+
+
+def test_other_names_are_refused_in_targets():
+    with pytest.raises(FrameError, match='unexpected tail'):
+        named_values('joint_trajectory', ['hip', 'knee', 'tail'], [0.0, 0.0, 0.0], JOINTS)
+
+
+def test_a_missing_joint_is_named_beside_another_one():
+    names = ['a', 'b', 'c', 'pan']
+    with pytest.raises(FrameError, match='d missing') as caught:
+        named_values('joint_states', names, [0.0] * 4, 'abcd', ignore_others=True)
+    assert not isinstance(caught.value, OtherBodyError)
 
 
 @pytest.mark.parametrize('value', [0.5, -1.0, 2.0, math.nan])

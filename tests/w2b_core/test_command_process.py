@@ -183,6 +183,32 @@ assert vocabulary_command(['list']) == 0"""
     assert (Path(tmp_path) / 'vocabularies' / 'two').is_dir()
 
 
+@pytest.mark.parametrize(('package', 'install'), [
+    ('imufusion', 'pip install imufusion'), ('yaml', 'pip install PyYAML'),
+    ('adafruit_pca9685', 'pip install adafruit-circuitpython-pca9685')])
+@pytest.mark.parametrize('name', ['preflight', 'calibrate', 'relax'])
+def test_the_robots_tools_work_with_less_or_say_what_to_install(tmp_path, name, package, install):
+    body = (f'sys.modules[{package!r}] = None\nsys.argv = [{name!r}, "--transport", "emulated"]\n'
+            + ('from w2b_hw.relax import main as tool' if name == 'relax'
+               else f'from w2b_hw.entry import {name} as tool') + '\nreturn tool()')
+    done = run(body, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL)
+    said = (done.stdout + done.stderr).decode()
+    assert 'Traceback' not in said
+    if name == 'relax':  # the last thing between a dead node and warm servos
+        assert done.returncode == 0
+    else:
+        assert install in said or 'expected a terminal' in said
+        assert done.returncode in (1, 2)
+
+
+def test_a_missing_package_is_told_in_one_line():
+    for module, remedy in (('nonesuch.part', 'pip install nonesuch'), ('w2b_none', 'workspace'),
+                           ('rclpy_none_msgs', 'source ROS')):
+        done = run(f'import {module}')
+        assert (done.returncode, done.stderr.count(b'\n')) == (2, 1)
+        assert remedy in done.stderr.decode()
+
+
 def test_gensims_view_says_what_to_install():
     body = ('sys.modules["gensim"] = None\nfrom w2b_core.vocabulary import Vocabulary\n'
             'try:\n    Vocabulary.load().keyed_vectors\n'

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from training.legs.recipe import Drop, Recipe
+from training.legs.parts import Drop
+from training.legs.recipe import Recipe
 from training.legs.task import Task
 from w2b_core.courses import course_of
 

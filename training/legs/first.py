@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from training.legs.recipe import Entry, Recipe
+from training.legs.parts import Entry
+from training.legs.recipe import Recipe
 from w2b_core import bodies
 from w2b_core.network.sharing import LOGISTIC, Sharing
 from w2b_core.network.symmetry import limbs_of
@@ -23,11 +24,11 @@ def first_genomes(recipe: Recipe, sharing: Sharing, rng: np.random.Generator, pe
         free = rng.normal(scale=spread[name], size=(part.tries, shared.count))
         sharing.part(genomes, name)[:] = free + (part.leak if name in LOGISTIC else 0.0)
     _oscillate(recipe, sharing, genomes, period_s)
-    limb = limbs_of(bodies.get(recipe.body))[0]
+    limbs = limbs_of(bodies.get(recipe.body))
     # What belongs to one swing keeps its phase together within a genome.
     shift = rng.uniform(-np.pi, np.pi, part.tries)
     for entry in part.entries:
-        _enter(entry, sharing, genomes, limb, rng, shift)
+        _enter(entry, sharing, genomes, limbs[entry.of], rng, shift)
     return genomes
 
 
@@ -49,8 +50,8 @@ def _enter(entry: Entry, sharing: Sharing, genomes: Array, limb: tuple[int, ...]
            rng: np.random.Generator, shift: Array) -> None:
     value = rng.uniform(*entry.between, len(genomes))
     hidden = sharing.hidden
-    if entry.limb is not None:
-        row, blocks = hidden.of(0, entry.limb), ('hidden', 'command', 'senses')
+    if entry.onto is not None:
+        row, blocks = hidden.of(entry.of, entry.onto), ('hidden', 'command', 'senses')
     else:
         assert entry.joint is not None
         row, blocks = limb[entry.joint], ('motor', 'motor_command', 'motor_senses')
@@ -59,7 +60,7 @@ def _enter(entry: Entry, sharing: Sharing, genomes: Array, limb: tuple[int, ...]
         sharing.put(genomes, blocks[0], row, 0, value * np.cos(phase))
         sharing.put(genomes, blocks[0], row, 1, value * np.sin(phase))
     elif entry.neuron is not None:
-        sharing.put(genomes, blocks[0], row, hidden.of(0, entry.neuron), value)
+        sharing.put(genomes, blocks[0], row, hidden.of(entry.of, entry.neuron), value)
     elif entry.sense is not None:
         sharing.put(genomes, blocks[2], row, sharing.senses.index(entry.sense), value)
     for behaviour in entry.behaviours:

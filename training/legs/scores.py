@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from training.legs.recipe import Recipe, Terms
+from training.legs.parts import Terms
+from training.legs.recipe import Recipe
 from w2b_core import bodies
 from w2b_core.courses import course_of
 from w2b_sim.recording import PhaseOutcome

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from training.evolution.checkpoint import CheckpointError, reason, write_atomically
 from training.legs.first import first_genomes
-from training.legs.recipe import Recipe, Stage
+from training.legs.parts import Stage
+from training.legs.recipe import Recipe
 from training.legs.task import Task, Trial
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from training.legs.recipe import Worlds
+from training.legs.parts import Worlds
 from w2b_sim.engines.batched.leaky_variations import LeakyVariations
 from w2b_sim.worlds import World
 

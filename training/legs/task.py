@@ -8,7 +8,8 @@ from itertools import pairwise, product
 import numpy as np
 from numpy.typing import NDArray
 
-from training.legs.recipe import Recipe, Stage
+from training.legs.parts import Stage
+from training.legs.recipe import Recipe
 from training.legs.scores import Scores
 from training.legs.situations import draw
 from w2b_core import bodies

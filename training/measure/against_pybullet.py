@@ -98,7 +98,7 @@ def load_controllers(body: Body, names: Sequence[str] | None, vocabulary: Vocabu
     if names is None:
         every = (controller_file.load(controller_file.shipped(name))
                  for name in controller_file.shipped_names())
-        return tuple(one for one in every if one.body == body.name)
+        return tuple(one for one in every if one.body == body.name and one.ear is None)
     loaded = []
     for name in names:
         one = controller_file.load(controller_file.resolve(name))

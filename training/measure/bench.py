@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from training.measure import engine_profile
+from training.measure import bench_leaky, engine_profile
 from w2b_core import bodies
 from w2b_core.bodies.model import Body
 from w2b_core.network import Network
@@ -79,6 +79,8 @@ def main(args: argparse.Namespace) -> int:
                               'evolve_shares': shares}
     if args.prototype is not None:
         result['prototype'] = against_prototype(args.prototype)
+    if not args.body:
+        result['leaky'] = _race(bench_leaky.tasks(bodies.get(bench_leaky.BODY)), 3)
     if args.profile:
         result['profile'] = engine_profile.profile(bodies.get(usual),
                                                    *_workload(bodies.get(usual)))
@@ -90,6 +92,8 @@ def main(args: argparse.Namespace) -> int:
           f'{GENERATION * WORDS}')
     print(f'wall time of {EVOLUTION_GENERATIONS} generations of evolution: '
           + ', '.join(f'{name} {share:.1%}' for name, share in shares.items()))
+    if 'leaky' in result:
+        print(bench_leaky.line(result['leaky']))
     if 'prototype' in result:
         print('C++ prototype: {cpp:,.0f} a second; batched, single: {batched_f32:,.0f}, '
               '{ratio:.2f} times that'.format(**result['prototype']))

@@ -47,7 +47,7 @@ SCHEMAS = {
         (name, pa.string() if name in _TEXTS else pa.int32() if name == 'start' else pa.float64())
         for name in COLUMNS)]),
 }
-#: Numbers that differ from row to row are split into their bytes, which zstd then packs better;
+#: Numbers that differ from row to row are split into their bytes, which are packed better so;
 #: of single precision, half of these bytes are zero.
 SPLIT = {'runs': (), 'history': ('best_fitness', 'median_fitness'), 'rescored': _MEASURED}
 WHOLE = {'runs': FILES, 'history': (), 'rescored': ()}
@@ -191,8 +191,8 @@ def _parquet(table: str, columns: dict[str, list[Any]]) -> bytes:
     split, whole = SPLIT[table], WHOLE[table]
     buffer = BytesIO()
     pq.write_table(
-        pa.Table.from_pydict(columns, schema=SCHEMAS[table]), buffer, compression='zstd',
-        compression_level=15, use_byte_stream_split=list(split),
+        pa.Table.from_pydict(columns, schema=SCHEMAS[table]), buffer, compression='brotli',
+        compression_level=9, use_byte_stream_split=list(split),
         use_dictionary=[name for name in columns if name not in (*split, *whole)],
         # Large pages: files of many runs look alike, and are packed together.
         data_page_size=1 << 24, write_statistics=False, store_schema=False)

@@ -32,6 +32,9 @@ from w2b_core import bodies
 #: Key, in the files' metadata, of the hash of all results from which they were made.
 MADE_FROM = b'w2b_made_from'
 
+#: Columns that came later: a store without them is read all the same.
+ADDED = ('results_sha256',)
+
 Rows = dict[str, list[dict[str, Any]]]
 Tables = dict[str, pd.DataFrame]
 
@@ -178,7 +181,7 @@ def _write(path: Path, table: str, rows: Iterable[dict[str, Any]], made_from: st
 
 def read_store(study: StudyDirectory) -> Tables:
     """
-    Return the store's tables.
+    Return the store's tables; columns that a store of before does not have are empty.
 
     Raises
     ------
@@ -192,8 +195,14 @@ def read_store(study: StudyDirectory) -> Tables:
         path = study.store / f'{table}.parquet'
         try:
             arrow = pq.read_table(path)
-            if arrow.schema.names != [column.name for column in TABLES[table]]:
+            for column in TABLES[table]:
+                if column.name in ADDED and column.name not in arrow.schema.names:
+                    arrow = arrow.append_column(column.name, pa.nulls(
+                        len(arrow), getattr(pa, column.type)()))
+            names = [column.name for column in TABLES[table]]
+            if sorted(arrow.schema.names) != sorted(names):
                 raise ValueError(f'its columns are {", ".join(arrow.schema.names)}')
+            arrow = arrow.select(names)
         except (OSError, ValueError, pa.ArrowException) as error:
             raise StudyError(f'{path}: damaged or missing ({" ".join(str(error).split())}); '
                              'run the study command again: it makes the store anew') from None

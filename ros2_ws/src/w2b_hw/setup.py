@@ -20,6 +20,7 @@ setup(
     ],
     install_requires=['setuptools', 'numpy', 'PyYAML', 'smbus2', 'imufusion',
                       'adafruit-circuitpython-pca9685'],
+    extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',
     maintainer_email='w2b@users.noreply.github.com',
@@ -29,9 +30,9 @@ setup(
         'console_scripts': [
             'hardware = w2b_hw.node:main',
             'relax = w2b_hw.relax:main',
-            'calibrate = w2b_hw.calibrate:main',
-            'preflight = w2b_hw.preflight:main',
-            'emulator = w2b_hw.emulation.server:main',
+            'calibrate = w2b_hw.entry:calibrate',
+            'preflight = w2b_hw.entry:preflight',
+            'emulator = w2b_hw.entry:emulator',
         ],
     },
 )

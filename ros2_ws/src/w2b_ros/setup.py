@@ -18,6 +18,7 @@ setup(
         (f'share/{package_name}/config', glob('config/*')),
     ],
     install_requires=['setuptools', 'numpy'],
+    extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',
     maintainer_email='w2b@users.noreply.github.com',

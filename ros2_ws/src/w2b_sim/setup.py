@@ -19,6 +19,7 @@ setup(
         (f'share/{package_name}/launch', glob('launch/*.launch.py')),
     ],
     install_requires=['setuptools', 'numpy', 'numba', 'pybullet'],
+    extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',
     maintainer_email='w2b@users.noreply.github.com',

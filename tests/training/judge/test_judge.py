@@ -218,6 +218,6 @@ def test_options_are_those_that_are_promised():
 
 
 def test_two_processes_give_what_one_gives():
-    one = controller_file.load(controller_file.shipped('physical_twin'))
+    one = controller_file.load(controller_file.shipped('physical_twin_serial'))
     plan = Plan('mujoco', 1.0, 0.0, Conditions(imu_noise=True))
     assert command.judge(one, plan, 2, 1) == command.judge(one, plan, 2, 2)

@@ -39,9 +39,10 @@ def test_every_shipped_recipe_is_valid_and_shares_its_bodys_symmetry(path):
     ({'stages': []}, 'stages'), ({'speed': 3}, 'speed'), ({'seeds': '8'}, None),
     ({'aims': {'walk': {'rhythm_hz': {'full': 0.0, 'weight': 1.0}}}}, 'full above free'),
     ({'aims': {'walk': {'beauty': {'full': 1.0, 'weight': 1.0}}}}, 'beauty'),
-    ({'first': {'entries': [{'limb': 0, 'joint': 1, 'neuron': 0, 'between': [0, 1]}]}},
-     'one of limb and joint'),
-    ({'first': {'entries': [{'limb': 7, 'neuron': 0, 'between': [0, 1]}]}}, 'limb'),
+    ({'first': {'entries': [{'onto': 0, 'joint': 1, 'neuron': 0, 'between': [0, 1]}]}},
+     'one of onto and joint'),
+    ({'first': {'entries': [{'onto': 7, 'neuron': 0, 'between': [0, 1]}]}}, 'onto'),
+    ({'first': {'entries': [{'of': 4, 'onto': 0, 'neuron': 0, 'between': [0, 1]}]}}, 'of'),
     ({'first': {'entries': [{'joint': 0, 'sense': 'gravity:x', 'between': [0, 1]}]}},
      'gravity:x')])
 def test_what_does_not_fit_is_refused_with_the_field(tmp_path, changes, message):

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from training.legs.recipe import FIGURES, load_recipe
+from training.legs.parts import FIGURES
+from training.legs.recipe import load_recipe
 from training.legs.scores import Scores
 from w2b_sim.recording import PhaseOutcome
 

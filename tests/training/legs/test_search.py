@@ -15,7 +15,8 @@ import yaml
 from training.evolution.checkpoint import CheckpointError
 from training.legs.examine import reason_to_drop
 from training.legs.first import first_genomes
-from training.legs.recipe import Drop, load_recipe
+from training.legs.parts import Drop
+from training.legs.recipe import load_recipe
 from training.legs.run import NoChampionError, _choose
 from training.legs.search import HISTORY, Search
 from training.legs.task import Task

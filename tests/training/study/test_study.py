@@ -11,10 +11,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.training.study_files import (
+    Inline,
     command,
     environment,
     main_command,
@@ -34,6 +36,9 @@ from training.study.directory import (
     locked,
 )
 from training.study.fields import ConfigError
+from training.study.progress import Display
+from training.study.runner import run_study
+from training.study.tasks import TaskResult
 
 
 def champions(study: Path) -> dict[str, bytes]:
@@ -100,6 +105,62 @@ def test_more_generations_take_the_same_runs_further(tmp_path: Path) -> None:
     assert networks(tmp_path / 'grown') == networks(tmp_path / 'at_once')
     with pytest.raises(StudyError, match='generations is 9 there, 6 here'):
         run_inline(plain(), tmp_path / 'grown')
+
+
+def test_work_goes_seed_by_seed_and_each_champion_is_scored_at_once(tmp_path: Path) -> None:
+    executor = Inline()
+    with locked(tmp_path / '.lock', 'study'):
+        complete: list[int] = []
+        run_study(parse_config(seeds(3, generations=2, robustness={
+            'perturbed_starts': 1, 'pybullet_starts': 0, 'lexicon': False})),
+            StudyDirectory(tmp_path), executor, Display(), seed_done=complete.append)
+    assert executor.performed == [
+        (kind, f'paper-quadruped-{treatment}-{seed:04d}') for seed in range(3)
+        for treatment in ('experimental', 'control') for kind in ('evolve', 'rescore')]
+    assert complete == [1, 2, 3]
+
+
+def test_a_stop_leaves_complete_seeds_of_all_cells(tmp_path: Path) -> None:
+    """Two workers: of the runs that are done, none is of a later seed but for what is at hand."""
+    experiment = {**plain()['experiments'][0], 'bodies': ['quadruped', 'spherical_1dof_blind'],
+                  'seeds': 4}
+    data = plain(generations=2, experiments=[experiment], robustness={
+        'perturbed_starts': 1, 'pybullet_starts': 0, 'lexicon': False})
+    runs = [run.run_id for run in parse_config(data).runs()]
+
+    class TwoWorkers(Inline):
+        workers = capacity = 2
+
+        def finished(self, timeout_s: float) -> list[tuple[Any, TaskResult]]:
+            over = super().finished(timeout_s)
+            done = [run for run in runs if ('rescore', run) in self.performed]
+            begun = {run for _kind, run in self.performed}
+            assert begun <= set(runs[:len(done) + 2]), 'seeds first'
+            return over
+
+    with locked(tmp_path / '.lock', 'study'):
+        report = run_study(parse_config(data), StudyDirectory(tmp_path), TwoWorkers(), Display())
+    assert len(report.rescored) == len(runs) == 16
+
+
+def test_a_worker_with_other_results_is_refused(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('training.study.tasks.results_sha256', lambda *_arguments: 'f' * 64)
+    report = run_inline(plain(), tmp_path)
+    assert report.evolved == []
+    assert all('returns other results for quadruped (ffffffffffff)' in error
+               for error in report.errors)
+    assert len(report.errors) == 2
+    assert not list(tmp_path.glob('runs/*/checkpoint.npz'))
+
+
+def test_bodies_can_be_added_to_a_study(tmp_path: Path) -> None:
+    run_inline(plain(), tmp_path)
+    experiment = {**plain()['experiments'][0], 'bodies': ['spherical_1dof_blind']}
+    assert run_inline(plain(experiments=[experiment]), tmp_path).in_store == 4
+    results = StudyDirectory(tmp_path).about()['identity']['results_sha256']
+    assert set(results) == {'quadruped', 'spherical_1dof_blind'}
+    assert run_inline(plain(), tmp_path).evolved == []
 
 
 @pytest.mark.parametrize('what', ['results_sha256', 'vocabulary_sha256', 'objective'])

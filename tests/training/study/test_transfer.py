@@ -10,12 +10,20 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.training.study_files import main_command, plain, run_inline, seeds
 from training.study.directory import StudyDirectory, StudyError, locked
-from training.study.record import MANIFEST, RecordError, read_record
-from training.study.store import build_store, read_store
+from training.study.record import (
+    MANIFEST,
+    Record,
+    RecordError,
+    RunRecord,
+    read_record,
+    write_record,
+)
+from training.study.store import build_store, read_store, thinned
 from training.study.transfer import export_study, import_record
 
 GENERATIONS = 12
@@ -266,3 +274,46 @@ def test_a_study_exports_itself_after_every_second_seed(tmp_path: Path) -> None:
     assert ended.returncode == 0, ended.stderr
     assert '2 seeds complete; 4 runs exported' in ended.stderr
     assert {run.run_id[-4:] for run in read_record(study / 'record.zip').runs} == {'0000', '0001'}
+
+
+def test_the_whole_study_of_the_paper_takes_less_than_ten_megabytes(
+        record: Path, tmp_path: Path) -> None:
+    """By what 28 more runs add, of the paper's length, with numbers as good as random."""
+    rng = np.random.default_rng(0)
+    one = read_record(record).runs[0]
+    assert len(one.rescored['word']) > 200, 'the lexicon is part of it'
+    kept = len(thinned(6000, 200))
+
+    def single(count: int) -> list[float]:
+        return rng.normal(size=count).astype(np.float32).astype(float).tolist()
+
+    def made(index: int) -> RunRecord:
+        champion = json.loads(one.files['champion.json'])
+        for name in ('hidden_weights', 'motor_weights'):
+            champion['network'][name] = rng.normal(size=np.shape(
+                champion['network'][name])).tolist()
+        summary = json.loads(one.files['summary.json'])
+        for outcome in summary['outcomes']:
+            outcome['final_position_m'] = [single(3)]
+            outcome['path_length_m'], outcome['largest_step_m'] = single(1), single(1)
+            outcome['score'] = single(1)[0]
+        count = len(one.rescored['word'])
+        # Heights lie close together; of the fitness history five words' scores are the sum.
+        measured = {name: (single(count) if name != 'final_z_m' else (
+            0.3 + 0.01 * rng.random(count)).astype(np.float32).astype(float).tolist())
+            for name in ('final_x_m', 'final_y_m', 'final_z_m', 'path_m', 'largest_step_m')}
+        history = {'generation': [number + 1 for number in thinned(6000, 200)],
+                   **{name: [sum(single(5)) for _ in range(kept)]
+                      for name in ('best_fitness', 'median_fitness')},
+                   **{name: rng.integers(40, 400, kept).astype(float).tolist()
+                      for name in ('best_age', 'survivors', 'evaluations')}}
+        return RunRecord(f'paper-quadruped-control-{index:04d}', {
+            **one.files, 'champion.json': json.dumps(champion, indent=1).encode(),
+            'summary.json': json.dumps(summary, indent=1).encode()}, history,
+            one.rescoring_settings, {**one.rescored, **measured})
+
+    runs = tuple(made(index) for index in range(56))
+    few, many = (write_record(tmp_path / 'record.zip', Record(
+        read_record(record).config, read_record(record).identity, runs[:count]))
+        for count in (28, 56))
+    assert few + (many - few) / 28 * (1400 - 28) < 10e6

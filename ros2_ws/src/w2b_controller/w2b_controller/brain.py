@@ -11,7 +11,7 @@ from w2b_ros.ros_process import run
 
 if TYPE_CHECKING:
     from w2b_controller.brain_node import BrainNode
-    from w2b_ros.managed_node import Parameter
+    from w2b_ros.parameters import Parameter
 
 ABOUT = """
 The brain: hears words on `command` (std_msgs/String), primes its network with their vectors, and

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
@@ -26,48 +25,63 @@ from w2b_core.controller.file import Controller
 from w2b_core.status import Level, Status
 from w2b_core.vocabulary import Vocabulary
 from w2b_ros.diagnostics import DiagnosticsReporter
-from w2b_ros.managed_node import ManagedNode, Parameter, declare
+from w2b_ros.frame_clock import FrameClock
+from w2b_ros.managed_node import ManagedNode
+from w2b_ros.parameters import Parameter, When, declare
 from w2b_ros.ros_messages import (
     COMMANDS,
     FRAMES_IN,
     LATCHED,
     NS_PER_S,
     TARGETS,
+    full_name,
     publisher_name,
     stamp_ns,
     to_diagnostic,
     to_stamp,
 )
-from w2b_ros.ros_process import StartError
+
+
+def _load_controller(name: str) -> Controller:
+    return controller_file.load(controller_file.resolve(name))
+
 
 PARAMETERS = (
-    Parameter('autostart', True, 'Configure and activate without being asked.', fixed=True),
+    Parameter('autostart', True, 'Configure and activate without being asked.', when=When.START),
     Parameter('controller', 'quadruped',
-              'Name of a controller that ships, or path of a controller file.'),
+              'Name of a controller that ships, or path of a controller file.',
+              when=When.CONFIGURE, check=_load_controller),
     Parameter('vocabulary', 'default',
-              'default (embedded), name of an installed one, or path of a word2vec file.'),
+              'default (embedded), name of an installed one, or path of a word2vec file.',
+              when=When.CONFIGURE, check=Vocabulary.load),
     Parameter('frame_timeout', 0.5, 'Seconds without a sensor frame until they count as lost.',
               (0.05, 60.0)),
     Parameter('command_timeout', 0.0, 'Seconds that a word lasts; then the robot stands until it '
               'is said again. 0: as long as nothing else ends it.', (0.0, 86400.0)),
     Parameter('claim_wait', 1.0, 'Seconds after its start that a brain looks for another one '
-              'before it sends targets.', (0.0, 60.0)),
-    Parameter('command_topic', 'command', 'Words to hear (std_msgs/String).'),
+              'before it sends targets.', (0.0, 60.0), when=When.ACTIVATE),
+    Parameter('command_topic', 'command', 'Words to hear (std_msgs/String).',
+              when=When.ACTIVATE, topic=True),
     Parameter('command_answer_topic', 'command_answer',
-              'What became of a command (diagnostic_msgs/DiagnosticStatus, latched).'),
-    Parameter('joint_states_topic', 'joint_states', 'Measured joints (sensor_msgs/JointState).'),
+              'What became of a command (diagnostic_msgs/DiagnosticStatus, latched).',
+              when=When.ACTIVATE, topic=True),
+    Parameter('joint_states_topic', 'joint_states', 'Measured joints (sensor_msgs/JointState).',
+              when=When.ACTIVATE, topic=True),
     Parameter('contacts_topic', 'contacts',
-              'Touch sensors, 1 while they touch (sensor_msgs/JointState).'),
+              'Touch sensors, 1 while they touch (sensor_msgs/JointState).',
+              when=When.ACTIVATE, topic=True),
     Parameter('imu_topic', 'imu/data',
-              'Attitude (sensor_msgs/Imu), for controllers that sense it.'),
+              'Attitude (sensor_msgs/Imu), for controllers that sense it.',
+              when=When.ACTIVATE, topic=True),
     Parameter('body_status_topic', TOPIC,
-              'How the body is (diagnostic_msgs/DiagnosticStatus, latched).'),
+              'How the body is (diagnostic_msgs/DiagnosticStatus, latched).',
+              when=When.ACTIVATE, topic=True),
     Parameter('joint_trajectory_topic', 'joint_trajectory',
-              'Where the joints shall go (trajectory_msgs/JointTrajectory).'),
-    Parameter('diagnostics_topic', '/diagnostics', 'How the brain is.', fixed=True),
+              'Where the joints shall go (trajectory_msgs/JointTrajectory).',
+              when=When.ACTIVATE, topic=True),
+    Parameter('diagnostics_topic', '/diagnostics', 'How the brain is.', when=When.START,
+              topic=True),
 )
-TOPICS = tuple(parameter.name.removesuffix('_topic') for parameter in PARAMETERS
-               if parameter.name.endswith('_topic'))
 RIVAL = 'another brain is active: neither sends targets until one is stopped'
 
 
@@ -77,14 +91,17 @@ class BrainNode(ManagedNode):
     def __init__(self) -> None:
         super().__init__('brain')
         self._started_at_s = time.monotonic()
-        declare(self, PARAMETERS)
         self._controller: Controller | None = None
         self._vocabulary: Vocabulary | None = None
         self._brain: Brain | None = None
+        declare(self, PARAMETERS, state=lambda: self.state_label, applied=self._apply_parameters)
         self._rival = False
+        self._logged = ''
+        self._frame_clock = FrameClock(self)
         self._ears: list[Subscription] = []
         self._reporter = DiagnosticsReporter(
-            self, self._statuses, self._hardware_id, self._topic('diagnostics'))
+            self, self._statuses, self._hardware_id, self._topic('diagnostics'),
+            self._frame_clock.now)
 
     def _text(self, name: str) -> str:
         return str(self.get_parameter(name).value)
@@ -93,20 +110,19 @@ class BrainNode(ManagedNode):
         return float(self.get_parameter(name).value)
 
     def _topic(self, name: str) -> str:
-        """Return the full name of a topic parameter (StartError if it is none)."""
-        topic = self._text(f'{name}_topic')
-        try:
-            return self.resolve_topic_name(topic)
-        except rclpy_implementation.RCLError as error:
-            raise StartError(f'{name}_topic: expected the name of a topic, got {topic!r} '
-                             f'({str(error).split(", at ")[0]})') from error
+        """Return the full name of a topic parameter."""
+        return self.resolve_topic_name(self._text(f'{name}_topic'))
+
+    def _apply_parameters(self) -> None:
+        """Take over what can be set at any time."""
+        if self._brain is not None:
+            self._brain.set_timeouts(frame_s=self._number('frame_timeout'),
+                                     command_s=self._number('command_timeout'))
 
     def configure(self) -> None:
         """Load controller and vocabulary (ValueError, OSError)."""
-        for topic in TOPICS:
-            self._topic(topic)
         name = self._text('controller')
-        self._controller = controller_file.load(controller_file.resolve(name))
+        self._controller = _load_controller(name)
         self._vocabulary = Vocabulary.load(self._text('vocabulary'))
         self.get_logger().info(
             f'{self._controller.body}, controller {name}, words from {self._vocabulary.source}')
@@ -123,13 +139,16 @@ class BrainNode(ManagedNode):
             JointTrajectory, self._topic('joint_trajectory'), TARGETS)
         self._answers = self.create_publisher(
             DiagnosticStatus, self._topic('command_answer'), LATCHED)
+        self._logged = ''
         self._publish_answer(self._brain.greet())
+        # In this order the executor takes what is there at once: a word that was said after the
+        # body began a new epoch is heard after it.
         self._ears = [
+            self.create_subscription(DiagnosticStatus, self._topic('body_status'),
+                                     self._on_body_status, LATCHED),
             self.create_subscription(String, self._topic('command'), self._on_command, COMMANDS),
             self.create_subscription(JointState, self._topic('joint_states'),
-                                     self._on_joint_states, FRAMES_IN),
-            self.create_subscription(DiagnosticStatus, self._topic('body_status'),
-                                     self._on_body_status, LATCHED)]
+                                     self._on_joint_states, FRAMES_IN)]
         if self._brain.uses_contacts:
             self._ears.append(self.create_subscription(
                 JointState, self._topic('contacts'), self._on_contacts, FRAMES_IN))
@@ -171,13 +190,25 @@ class BrainNode(ManagedNode):
             answer = self._brain.refuse(message.data, RIVAL)
         else:
             answer = self._brain.hear(message.data)
+            if answer.level is not Level.ERROR:
+                answer = self._brain.with_following(answer, self._body_there())
         self._publish_answer(answer)
+        self._log_answer(answer)
+
+    def _log_answer(self, answer: Answer) -> None:
+        """Log an answer, unless it is the last one again: a word may be said every second."""
         line = f'heard {answer.heard!r}: {answer.message}'
+        if line == self._logged:
+            return
+        self._logged = line
         # rclpy allows one severity a line of code.
         if answer.level is Level.OK:
             self.get_logger().info(line)
         else:
             self.get_logger().warning(line)
+
+    def _body_there(self) -> bool:
+        return bool(self.count_publishers(self._topic('body_status')))
 
     def _on_body_status(self, message: DiagnosticStatus) -> None:
         if self._brain is None:
@@ -188,19 +219,28 @@ class BrainNode(ManagedNode):
             self.get_logger().warning(f'ignored: {error}', throttle_duration_sec=5.0)
             return
         self._brain.body(status)
-        self._tell_if_stopped()
+        self._tell_news()
 
     def _tell_if_stopped(self) -> None:
         """Take back the answer to a word that ended by itself."""
         answer = None if self._brain is None else self._brain.stopped()
         if answer is not None:
             self._publish_answer(answer)
+            self._logged = ''
             self.get_logger().warning(answer.message)
+
+    def _tell_news(self) -> None:
+        """Answer the last word anew if it ended, or if a body follows it now and did not."""
+        self._tell_if_stopped()
+        answer = None if self._brain is None else self._brain.news(self._body_there())
+        if answer is not None:
+            self._publish_answer(answer)
+            self._log_answer(answer)
 
     def _publish_answer(self, answer: Answer) -> None:
         values = {'received': str(answer.received), 'text': answer.heard, **answer.values}
-        self._answers.publish(to_diagnostic(
-            Status(answer.level, 'brain: command', answer.message, values), self._hardware_id()))
+        status = Status(answer.level, full_name(self, 'brain: command'), answer.message, values)
+        self._answers.publish(to_diagnostic(status, self._hardware_id()))
 
     def _on_joint_states(self, message: JointState) -> None:
         if self._brain is not None and not self._check_rival():
@@ -226,6 +266,7 @@ class BrainNode(ManagedNode):
         self._tell_if_stopped()
         if targets is None:
             return
+        self._frame_clock.frame(targets.stamp_ns)
         seconds, rest = divmod(round(targets.period_s * NS_PER_S), NS_PER_S)
         message = JointTrajectory(
             joint_names=list(targets.joints),
@@ -244,7 +285,7 @@ class BrainNode(ManagedNode):
         if rival != self._rival:
             self._rival = rival
             self._brain.stand('another brain was active')
-            self._tell_if_stopped()
+            self._tell_news()
         return rival
 
     def _hardware_id(self) -> str:
@@ -255,6 +296,7 @@ class BrainNode(ManagedNode):
             message = f'{self.state_label}: no targets are sent'
             return [Status(Level.WARN, 'brain: frames', message),
                     Status(Level.WARN, 'brain: command', message)]
+        self._tell_news()
         return [self._frames_status(self._brain.frames_status()),
                 self._command_status(self._brain.command_status())]
 

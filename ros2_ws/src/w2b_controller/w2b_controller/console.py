@@ -1,16 +1,21 @@
 """
 `w2b console`: type words, and read what the brain makes of each.
 
-One line is one command; an empty line, Ctrl-D or Ctrl-C leaves. Also reads a pipe.
+One line is one command; an empty line, Ctrl-D or Ctrl-C leaves. Also reads a pipe: the exit code is
+then that of the first word which no body follows, as `say` has it.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
 
 from w2b_controller.say import (
+    FOLLOWED,
+    REFUSED,
     UNANSWERED,
+    UNDERSTOOD,
     Messenger,
     NoAnswerError,
     readable,
@@ -25,7 +30,7 @@ PROMPT = 'say> '
 
 @command
 def main() -> int:
-    """Talk until the input ends; return 0, or 2 if the brain did not answer."""
+    """Talk until the input ends; return the exit code, at a terminal 0 unless nobody answered."""
     try:
         return _talk()
     except KeyboardInterrupt:
@@ -36,30 +41,41 @@ def _talk() -> int:
     parser = argparse.ArgumentParser(prog='console', description='Talk to the brain.')
     parser.add_argument('--timeout', type=seconds, default=10.0, metavar='S',
                         help='seconds to wait for an answer (default: %(default)s)')
+    parser.add_argument('--understood', action='store_true', help=UNDERSTOOD)
     options = parser.parse_args(own(sys.argv))
+    code = FOLLOWED
     if not start_ros():
         return UNANSWERED
     import rclpy
     node = rclpy.create_node('console')
     try:
         messenger = Messenger(node)
-        while text := _line():
+        for text in _lines():
             if readable(text):
-                show(messenger.say(text, options.timeout))
+                shown = show(messenger.say(text, options.timeout, options.understood),
+                             options.understood)
+                code = code or shown
             else:
                 print('error: command: expected text in UTF-8, got other bytes', file=sys.stderr)
+                code = code or REFUSED
     except NoAnswerError as error:
         print(f'error: {error}', file=sys.stderr)
         return UNANSWERED
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    return 0
+    return FOLLOWED if sys.stdin.isatty() else code
 
 
-def _line() -> str:
-    """Return the next line, empty at the end."""
-    try:
-        return input(PROMPT if sys.stdin.isatty() else '').strip()
-    except EOFError:
-        return ''
+def _lines() -> Iterator[str]:
+    """Yield the lines of a pipe that are not empty; at a terminal, those before an empty one."""
+    terminal = sys.stdin.isatty()
+    while True:
+        try:
+            text = input(PROMPT if terminal else '').strip()
+        except EOFError:
+            return
+        if text:
+            yield text
+        elif terminal:
+            return

@@ -1,7 +1,8 @@
 """
 `w2b say WORD...`: says a word to the brain and waits for its answer.
 
-Exit code 0: the brain follows it. 1: the brain refused it, and says why. 2: nobody answered.
+Exit code 0: a body follows it. 1: the brain refused it, and says why. 2: nobody answered. 3: the
+brain understood it, but no body follows; with `--understood` that is 0.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 NO_BRAIN = f'no brain listens: start one with `{w2b_command("brain")}`'
-FOLLOWED, REFUSED, UNANSWERED = 0, 1, 2
+FOLLOWED, REFUSED, UNANSWERED, NOT_FOLLOWED = 0, 1, 2, 3
+#: Help of the option of `say` and `console`.
+UNDERSTOOD = 'do not wait for a body that follows: the exit code tells what the brain understood'
 
 
 class NoAnswerError(RuntimeError):
@@ -52,12 +55,23 @@ class Messenger:
         if values.get('received', '').isdigit() and 'text' in values:  # not a stranger's
             self._answer = answer
 
-    def say(self, text: str, timeout_s: float = 10.0) -> DiagnosticStatus:
+    def say(self, text: str, timeout_s: float = 10.0,
+            understood: bool = False) -> DiagnosticStatus:
         """
         Say a command and return the brain's answer to it.
 
         The brain counts what it hears. Its latched answer tells the count before, so that an
-        answer with a higher count and this text can only be to this command.
+        answer with a higher count and this text can only be to this command. The brain answers
+        again when a body has accepted the first target that follows the word, or will not.
+
+        Parameters
+        ----------
+        text
+            The command.
+        timeout_s
+            How long to wait for a brain, its answer and a body that follows.
+        understood
+            Return the first answer, without waiting for a body.
 
         Raises
         ------
@@ -65,6 +79,8 @@ class Messenger:
             If no brain listens, or none answers in time.
 
         """
+        import rclpy
+
         from w2b_core.command import quoted
         deadline_s = time.monotonic() + timeout_s
         self._spin(deadline_s, lambda: self._publisher.get_subscription_count() > 0
@@ -78,7 +94,15 @@ class Messenger:
         self._spin(deadline_s, answered, f'the brain did not answer within {timeout_s:g} s: '
                    'see what it says on /diagnostics')
         assert self._answer is not None
-        return self._answer
+        answer = self._answer
+        while not understood and time.monotonic() < deadline_s and not self._interrupted():
+            if not answered():
+                return _overtaken(answer, values_of(self._answer)['text'])
+            answer = self._answer
+            if values_of(answer).get('body_follows') != 'pending':
+                break
+            rclpy.spin_once(self._node, timeout_sec=0.05)
+        return answer
 
     def _spin(self, deadline_s: float, condition: Callable[[], bool], reason: str) -> None:
         import rclpy
@@ -95,20 +119,41 @@ def values_of(status: DiagnosticStatus | None) -> dict[str, str]:
     return {} if status is None else {value.key: value.value for value in status.values}
 
 
+def _overtaken(answer: DiagnosticStatus, text: str) -> DiagnosticStatus:
+    """Return the answer to a word that another one took the place of, before a body followed."""
+    for item in answer.values:
+        if item.key == 'why_not':
+            item.value = f'another command was heard since: {text!r}'
+        elif item.key == 'body_follows':
+            item.value = 'false'
+    return answer
+
+
+def exit_code(answer: DiagnosticStatus, understood: bool) -> int:
+    """Return what an answer is worth: FOLLOWED, REFUSED or NOT_FOLLOWED."""
+    if answer.level[0] >= 2:
+        return REFUSED
+    if understood or values_of(answer).get('body_follows') == 'true':
+        return FOLLOWED
+    return NOT_FOLLOWED
+
+
 def as_json(answer: DiagnosticStatus) -> str:
     """Return an answer as one line of JSON."""
     return json.dumps({'level': answer.level[0], 'message': answer.message,
                        'hardware_id': answer.hardware_id, **values_of(answer)})
 
 
-def show(answer: DiagnosticStatus) -> bool:
-    """Print an answer for a person; return whether the brain follows the command."""
-    followed = answer.level[0] < 2
-    print(answer.message, file=sys.stdout if followed else sys.stderr)
-    nearest = values_of(answer).get('nearest')
-    if nearest:
-        print(f'nearest in meaning: {nearest}')
-    return followed
+def show(answer: DiagnosticStatus, understood: bool = False) -> int:
+    """Print an answer for a person; return its exit code."""
+    code, values = exit_code(answer, understood), values_of(answer)
+    message = answer.message
+    if code == NOT_FOLLOWED and values.get('why_not', '') not in message:
+        message += f'; no body follows: {values["why_not"]}'
+    print(message, file=sys.stdout if code == FOLLOWED else sys.stderr)
+    if values.get('nearest'):
+        print(f'nearest in meaning: {values["nearest"]}')
+    return code
 
 
 def seconds(text: str) -> float:
@@ -129,7 +174,9 @@ def _arguments(arguments: list[str]) -> argparse.Namespace:
         prog='say', description='Say a word to the brain and wait for its answer.')
     parser.add_argument('word', nargs='+', help='one word or several, heard in this order')
     parser.add_argument('--timeout', type=seconds, default=10.0, metavar='S',
-                        help='seconds to wait for a brain and its answer (default: %(default)s)')
+                        help='seconds to wait for a brain, its answer and a body that follows '
+                             '(default: %(default)s)')
+    parser.add_argument('--understood', action='store_true', help=UNDERSTOOD)
     parser.add_argument('--json', action='store_true', help='print the answer as JSON')
     return parser.parse_args(arguments)
 
@@ -149,7 +196,7 @@ def main() -> int:
     node = rclpy.create_node('say')
     try:
         messenger = Messenger(node, interrupted=lambda: stop.requested)
-        answer = messenger.say(' '.join(options.word), options.timeout)
+        answer = messenger.say(' '.join(options.word), options.timeout, options.understood)
     except NoAnswerError as error:
         print(f'error: {error}', file=sys.stderr)
         return UNANSWERED
@@ -158,5 +205,5 @@ def main() -> int:
         rclpy.try_shutdown()
     if options.json:
         print(as_json(answer))
-        return FOLLOWED if answer.level[0] < 2 else REFUSED
-    return FOLLOWED if show(answer) else REFUSED
+        return exit_code(answer, options.understood)
+    return show(answer, options.understood)

@@ -13,6 +13,7 @@ from w2b_core import senses
 from w2b_core.body_status import BodyStatus
 from w2b_core.command import Answer, listener_of
 from w2b_core.controller.file import Controller
+from w2b_core.following import BodyWatch, Following, Follows
 from w2b_core.frame_stream import FrameStream, Verdict
 from w2b_core.mind import mind_of
 from w2b_core.sensor_frames import FrameAssembler, FrameError, OtherBodyError, SensorFrame
@@ -80,12 +81,15 @@ class Brain:
         self._clock = clock
         self._frame_timeout_s = frame_timeout_s
         self._command_timeout_s = command_timeout_s
-        self._body: BodyStatus | None = None
+        self._watch = BodyWatch(clock)
         #: Epoch that the word was said in, empty if the body's state was not known then.
         self._word_epoch = ''
+        #: Stamp of the first target that follows the word.
+        self._word_stamp_ns: int | None = None
         self._heard_at_s = clock()
         self._stopped: Answer | None = None
         self._answer: Answer | None = None
+        self._told: Following | None = None
         self._joints = tuple(motor.joint for motor in controller.motors)
         links = tuple(source for kind, source in map(senses.split, controller.sensors)
                       if kind == 'touch')
@@ -107,20 +111,36 @@ class Brain:
         """Whether the network senses heading, turn or tilt, so that frames include `imu/data`."""
         return 'imu/data' in self.controller.topics
 
+    def set_timeouts(self, *, frame_s: float, command_s: float) -> None:
+        """Change `frame_timeout_s` and `command_timeout_s`, see the class."""
+        self._frame_timeout_s = self._stream.timeout_s = frame_s
+        self._command_timeout_s = command_s
+
     def hear(self, text: str) -> Answer:
-        """Prime the network with a command; a refused one changes nothing but the answer."""
+        """
+        Prime the network with a command; a refused one changes nothing but the answer.
+
+        The words that are followed already are renewed: the gait goes on as it is.
+        """
         answer, heard = self._ear.hear(text)
-        if heard is not None:
+        if heard is None:
+            return answer
+        self._heard_at_s = self._clock()
+        epoch = '' if self._watch.last is None else self._watch.last.epoch
+        answer = replace(answer, repeated=(
+            self._mind.follows and self._answer is not None and self._word_epoch == epoch
+            and self._answer.values['words'] == answer.values['words']))
+        self._answer = answer
+        if not answer.repeated:
             self._mind.hear(heard)
             self._doing = f'following {answer.follows!r}'
-            self._word_epoch = '' if self._body is None else self._body.epoch
-            self._heard_at_s = self._clock()
-            self._answer = answer
+            self._word_epoch, self._word_stamp_ns = epoch, None
         return answer
 
     def body(self, status: BodyStatus) -> None:
         """Take what the body says of itself: a new epoch ends the word said before it."""
-        before, self._body = self._body, status
+        before = self._watch.last
+        self._watch.take(status)
         if not self._mind.follows or status.epoch == self._word_epoch:
             return
         first = before is None and not status.needs_arming
@@ -131,6 +151,33 @@ class Brain:
             return
         self.stand(f'the body is {status.state} ({status.reason}) since the last word: '
                    'say it again to go on')
+
+    def following(self, body_there: bool = True) -> Following:
+        """Return whether a body follows the last word; `body_there`: whether one is discovered."""
+        if not self._mind.follows:
+            return Following(Follows.NO, self._doing, self._watch.state)
+        status = self.frames_status()
+        fault = status.message if status.level is Level.ERROR else ''
+        return self._watch.following(self._word_stamp_ns, there=body_there, frames_fault=fault)
+
+    def with_following(self, answer: Answer, body_there: bool = True) -> Answer:
+        """Return the answer to a word that is followed with whether a body follows it, and why."""
+        following = self._told = self.following(body_there)
+        message = answer.message
+        if following.follows is Follows.NO:
+            message += f'; no body follows: {following.reason}'
+        return replace(answer, message=message, values={**answer.values, **following.to_values()})
+
+    def news(self, body_there: bool = True) -> Answer | None:
+        """Return the answer to the last word anew if a body follows it now and did not, or so."""
+        answer = self._answer
+        if not self._mind.follows or answer is None or answer.received != self._ear.received:
+            return None
+        following, told = self.following(body_there), self._told
+        if told is not None and (following.follows, following.body_state) == (
+                told.follows, told.body_state):
+            return None
+        return self.with_following(answer, body_there)
 
     def stopped(self) -> Answer | None:
         """Return, once, the answer that takes the place of that to a word which ended by itself."""
@@ -148,8 +195,11 @@ class Brain:
     def stand(self, reason: str) -> None:
         """Forget the command; the robot stands until the next one."""
         if self._mind.follows and self._answer is not None:
-            self._stopped = replace(self._answer, level=Level.WARN, message=f'standing: {reason}')
+            values = Following(Follows.NO, reason, self._watch.state).to_values()
+            self._stopped = replace(self._answer, level=Level.WARN, message=f'standing: {reason}',
+                                    values={**self._answer.values, **values})
         self._mind.forget()
+        self._last = None
         self._doing = f'standing: {reason}'
 
     def joint_states(self, stamp_ns: int, names: Sequence[str],
@@ -172,13 +222,22 @@ class Brain:
         try:
             frame = part()
         except OtherBodyError as error:
-            self._ignore('other_body', Level.ERROR, f'{error}; the controller is for '
-                         f'{self.controller.body}: start both with the same body')
+            if self._answering:
+                # Beside this body's frames: another publisher's joints on a shared topic.
+                self._counts['other_body'] += 1
+            else:
+                self._ignore('other_body', Level.ERROR, f'{error}; the controller is for '
+                             f'{self.controller.body}: start both with the same body')
             return None
         except FrameError as error:
             self._ignore('malformed', Level.WARN, str(error))
             return None
         return None if frame is None else self.sense(frame)
+
+    @property
+    def _answering(self) -> bool:
+        """Whether frames of this body come and are answered."""
+        return self._stream.last_stamp_ns is not None and not self._stream.lost
 
     def sense(self, frame: SensorFrame) -> Targets | None:
         """Return the targets that answer a complete frame; None if it is ignored."""
@@ -189,6 +248,9 @@ class Brain:
             return None
         if verdict is Verdict.REPEATED:
             self._counts['repeated'] += 1
+            if self._last is None:
+                # The word that it was answered with has ended since.
+                self._last = self._think(frame)
             return self._last
         if verdict is Verdict.RESTARTED:
             self._counts['restarts'] += 1
@@ -213,6 +275,8 @@ class Brain:
     def _think(self, frame: SensorFrame) -> Targets:
         """Answer with the motors as they are, then let the network hear the sensors."""
         word_epoch = self._word_epoch if self._mind.follows else None
+        if self._mind.follows and self._word_stamp_ns is None:
+            self._word_stamp_ns = frame.stamp_ns
         motors = self._mind.motors
         self._mind.feel(frame.readings)
         return Targets(frame.stamp_ns, self._joints, self.controller.targets_rad(motors),
@@ -238,7 +302,9 @@ class Brain:
         message = 'waiting for the first sensor frame' if last is None else 'sensor frames flow'
         if self._problem is not None:
             level, message = self._problem.level, self._problem.message
-        if self._stream.lost:
+        if self._watch.paused and self._problem is None:
+            level, message = Level.OK, 'the body is paused'
+        elif self._stream.lost:
             level, missing = Level.ERROR, self._assembler.missing
             detail = (f'; {message}' if self._problem is not None else
                       f'; {missing} do not come' if missing else '')

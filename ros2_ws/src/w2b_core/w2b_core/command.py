@@ -28,7 +28,8 @@ class Answer:
     What became of a command.
 
     `received` counts the commands so far, so that a sender can tell the answer to its own from an
-    earlier one; `heard` is the text as `quoted` shows it, `follows` what the robot does now.
+    earlier one; `heard` is the text as `quoted` shows it, `follows` what the robot does now;
+    `repeated` says that the words are those that are followed already.
     """
 
     level: Level
@@ -37,6 +38,7 @@ class Answer:
     heard: str
     values: Mapping[str, str] = field(default_factory=dict)
     follows: str = ''
+    repeated: bool = False
 
 
 def quoted(text: str) -> str:

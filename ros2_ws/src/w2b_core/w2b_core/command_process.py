@@ -21,6 +21,11 @@ P = ParamSpec('P')
 READER_GONE = 128 + signal.SIGPIPE
 #: Exit code of a command whose output could not be written.
 UNWRITTEN = 1
+#: Exit code of a command that lacks a package.
+MISSING = 2
+#: Module -> what pip calls it, where that is another name.
+PACKAGES = {'yaml': 'PyYAML', 'board': 'adafruit-blinka', 'busio': 'adafruit-blinka',
+            'adafruit_pca9685': 'adafruit-circuitpython-pca9685 adafruit-blinka'}
 
 
 def command(main: Callable[P, int | None]) -> Callable[P, int | None]:
@@ -33,6 +38,7 @@ def command(main: Callable[P, int | None]) -> Callable[P, int | None]:
       full disk with one line and `UNWRITTEN`.
     - What a notebook or a debugging session left in the environment does not matter: matplotlib
       draws into files (MPLBACKEND), numba compiles (NUMBA_DISABLE_JIT).
+    - Of a package that is not installed one line says how to install it.
     """
     @wraps(main)
     def run(*args: P.args, **kwargs: P.kwargs) -> int | None:
@@ -50,15 +56,34 @@ def command(main: Callable[P, int | None]) -> Callable[P, int | None]:
                 raise
             _silence()
             return READER_GONE
+        except ModuleNotFoundError as error:
+            print(f'{_name()}: {missing(error)}', file=sys.stderr)
+            return MISSING
         except OSError as error:
             if error.errno not in (errno.ENOSPC, errno.EDQUOT) or error.filename is not None:
                 raise
             _silence()
-            print(f'{os.path.basename(sys.argv[0])}: expected to write the output, got '
-                  f'{error.strerror}', file=sys.stderr)
+            print(f'{_name()}: expected to write the output, got {error.strerror}',
+                  file=sys.stderr)
             return UNWRITTEN
         return code
     return run
+
+
+def missing(error: ModuleNotFoundError) -> str:
+    """Return in one line which package is missing and how to install it."""
+    module = (error.name or str(error)).partition('.')[0]
+    if module.startswith('w2b_'):
+        remedy = 'build the workspace and source its setup.bash'
+    elif module == 'rclpy' or module.endswith('_msgs') or module.endswith('_srvs'):
+        remedy = 'source ROS 2 first (. /opt/ros/jazzy/setup.bash), or use scripts/ros_env'
+    else:
+        remedy = f'install it with `python -m pip install {PACKAGES.get(module, module)}`'
+    return f'expected the Python package {module}, got none; {remedy}'
+
+
+def _name() -> str:
+    return os.path.basename(sys.argv[0]) or 'w2b'
 
 
 def _prepare() -> None:

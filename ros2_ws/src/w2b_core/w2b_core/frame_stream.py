@@ -34,7 +34,8 @@ class FrameStream:
 
     def __init__(self, period_s: float, timeout_s: float, clock: Callable[[], float]) -> None:
         self._leap_ns = round(LARGEST_LEAP_PERIODS * period_s * 1e9)
-        self._timeout_s = timeout_s
+        #: May change while frames flow.
+        self.timeout_s = timeout_s
         self._clock = clock
         self._last_stamp_ns: int | None = None
         self._accepted_at_s = clock()
@@ -47,7 +48,7 @@ class FrameStream:
     @property
     def lost(self) -> bool:
         """Whether no frame was accepted within the timeout, or none at all, and for longer."""
-        longest_s = self._timeout_s + (FIRST_FRAME_S if self._last_stamp_ns is None else 0.0)
+        longest_s = self.timeout_s + (FIRST_FRAME_S if self._last_stamp_ns is None else 0.0)
         return self._clock() - self._accepted_at_s > longest_s
 
     def judge(self, stamp_ns: int) -> Verdict:

@@ -63,14 +63,26 @@ class SensorFrame:
 
 
 def named_values(topic: str, names: Sequence[str], values: Sequence[float],
-                 expected: Iterable[str]) -> dict[str, float]:
+                 expected: Iterable[str], *, ignore_others: bool = False) -> dict[str, float]:
     """
-    Return the values by name.
+    Return the values by name, in the order of `expected`.
+
+    Parameters
+    ----------
+    topic
+        Begins every error.
+    names, values
+        As the message has them.
+    expected
+        The names that are needed.
+    ignore_others
+        Ignore the values of other names, as of joints that this body has and the controller does
+        not drive; else they are refused.
 
     Raises
     ------
     OtherBodyError
-        If some expected names are missing and others stand in their place.
+        If at least half of the expected names are missing and others stand in their place.
     FrameError
         If lengths differ, names repeat, are missing or are too many, or a value is not finite.
 
@@ -78,24 +90,26 @@ def named_values(topic: str, names: Sequence[str], values: Sequence[float],
     if len(names) != len(values):
         raise FrameError(f'{topic}: expected one position for each name, '
                          f'got {len(names)} names and {len(values)} positions')
-    given = dict(zip(names, values, strict=True))
-    if len(given) != len(names):
-        twice = [name for name, count in Counter(names).items() if count > 1]
-        raise FrameError(f'{topic}: expected each name once, got {shown(twice)} more than once')
     wanted = dict.fromkeys(expected)
-    missing = [name for name in wanted if name not in given]
-    unexpected = [name for name in given if name not in wanted]
-    if missing and unexpected:
+    counts = Counter(names)
+    unexpected = [name for name in counts if name not in wanted]
+    missing = [name for name in wanted if name not in counts]
+    if unexpected and missing and len(missing) * 2 >= len(wanted):
         raise OtherBodyError(f'{topic}: another body? expected {shown(wanted)}, '
-                             f'got {shown(given)}')
+                             f'got {shown(counts)}')
     if missing:
         raise FrameError(f'{topic}: {shown(missing)} missing')
-    if unexpected:
+    if unexpected and not ignore_others:
         raise FrameError(f'{topic}: unexpected {shown(unexpected)}')
+    twice = [name for name, count in counts.items() if count > 1 and name in wanted]
+    if twice:
+        raise FrameError(f'{topic}: expected each name once, got {shown(twice)} more than once')
+    given = {name: float(value) for name, value in zip(names, values, strict=True)
+             if name in wanted}
     for name, value in given.items():
         if not math.isfinite(value):
             raise FrameError(f'{topic}: expected finite numbers, got {value} for {name}')
-    return {name: float(given[name]) for name in wanted}
+    return {name: given[name] for name in wanted}
 
 
 def shown(names: Iterable[str]) -> str:
@@ -132,7 +146,7 @@ class FrameAssembler:
         """Take a `joint_states` message; return the frame if this completes it (FrameError)."""
         _check_stamp('joint_states', stamp_ns)
         return self._keep('joint_states', stamp_ns, named_values(
-            'joint_states', names, position_rad, self._joints))
+            'joint_states', names, position_rad, self._joints, ignore_others=True))
 
     def contacts(self, stamp_ns: int, names: Sequence[str],
                  touching: Sequence[float]) -> SensorFrame | None:
@@ -140,7 +154,7 @@ class FrameAssembler:
         if 'contacts' not in self._parts:
             return None
         _check_stamp('contacts', stamp_ns)
-        values = named_values('contacts', names, touching, self._touch_links)
+        values = named_values('contacts', names, touching, self._touch_links, ignore_others=True)
         for name, value in values.items():
             if value not in (0.0, 1.0):
                 raise FrameError(f'contacts: expected 0 or 1, got {value} for {name}')

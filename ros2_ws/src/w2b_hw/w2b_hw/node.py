@@ -11,7 +11,7 @@ from w2b_ros.ros_process import run
 
 if TYPE_CHECKING:
     from w2b_hw.hardware_node import HardwareNode
-    from w2b_ros.managed_node import Parameter
+    from w2b_ros.parameters import Parameter
 
 ABOUT = """
 The robot: twelve servos on a PCA9685 and an IMU. Takes joint targets (`joint_trajectory`), sends

@@ -52,4 +52,5 @@ class BodyReporter:
             return
         self._published, self._published_at_s = told, now_s
         self._publisher.publish(
-            to_diagnostic(status.to_status(self._node.get_name()), status.body))
+            to_diagnostic(status.to_status(
+                self._node.get_fully_qualified_name().lstrip('/')), status.body))

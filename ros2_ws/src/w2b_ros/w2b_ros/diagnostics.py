@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
 from w2b_core.status import Level, Status
-from w2b_ros.ros_messages import STEADY, to_diagnostic
+from w2b_ros.ros_messages import STEADY, full_name, to_diagnostic
 
 #: How often changes are looked for, which bounds the messages that flapping states cause.
 CHECK_S = 0.1
@@ -32,14 +34,18 @@ class DiagnosticsReporter:
         Returns what the node drives, such as the body's name (REP-107).
     topic
         Where to publish.
+    now
+        Returns the time to stamp with, on the clock of the sensor frames; the node's if not given.
 
     """
 
     def __init__(self, node: Node, statuses: Callable[[], Sequence[Status]],
-                 hardware_id: Callable[[], str], topic: str = '/diagnostics') -> None:
+                 hardware_id: Callable[[], str], topic: str = '/diagnostics',
+                 now: Callable[[], Time] | None = None) -> None:
         self._node = node
         self._statuses = statuses
         self._hardware_id = hardware_id
+        self._now = now or (lambda: node.get_clock().now().to_msg())
         self._publisher = node.create_publisher(DiagnosticArray, topic, 10)
         self._published: dict[str, tuple[Level, str]] = {}
         self._published_at_s = -PERIOD_S
@@ -50,13 +56,14 @@ class DiagnosticsReporter:
     def check(self) -> None:
         """Publish if a second has passed or a status has changed."""
         now_s = time.monotonic()
-        statuses = list(self._statuses())
+        statuses = [replace(status, name=full_name(self._node, status.name))
+                    for status in self._statuses()]
         states = {status.name: (status.level, status.message) for status in statuses}
         if states != self._published or now_s - self._published_at_s >= PERIOD_S:
             self._published, self._published_at_s = states, now_s
             message = DiagnosticArray(
                 status=[to_diagnostic(status, self._hardware_id()) for status in statuses])
-            message.header.stamp = self._node.get_clock().now().to_msg()
+            message.header.stamp = self._now()
             self._publisher.publish(message)
         for status in statuses:
             self._log(status, now_s)

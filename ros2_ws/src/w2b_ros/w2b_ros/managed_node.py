@@ -3,68 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any
 
 from lifecycle_msgs.srv import ChangeState
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.node import Node
-from rclpy.parameter import Parameter as RosParameter
 
 from w2b_ros.ros_messages import STEADY
 
 #: Between the shutdown transition and the end of the process: the answer has to get through.
 FAREWELL_S = 0.5
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """
-    A parameter of a node: its default, what it means, and its range if it is a number.
-
-    A `fixed` one is given at the start and cannot be changed while the node runs.
-    """
-
-    name: str
-    default: str | float | int | bool
-    description: str
-    range: tuple[float, float] | None = None
-    fixed: bool = False
-
-
-def declare(node: Node, parameters: tuple[Parameter, ...]) -> None:
-    """Declare parameters with descriptions and ranges; a whole number will do for any number."""
-    numbers = {parameter.name for parameter in parameters if isinstance(parameter.default, float)}
-
-    def as_numbers(given: list[RosParameter]) -> list[RosParameter]:
-        return [RosParameter(one.name, RosParameter.Type.DOUBLE, float(one.value))
-                if one.name in numbers and one.type_ == RosParameter.Type.INTEGER else one
-                for one in given]
-    # What was given at the start; ROS takes only a DOUBLE for a DOUBLE.
-    node._parameter_overrides.update({
-        one.name: one for one in as_numbers(list(node._parameter_overrides.values()))})
-    node.add_pre_set_parameters_callback(as_numbers)
-    for parameter in parameters:
-        descriptor = ParameterDescriptor(description=parameter.description,
-                                         read_only=parameter.fixed)
-        if parameter.range is not None:
-            low, high = parameter.range
-            descriptor.floating_point_range = [
-                FloatingPointRange(from_value=low, to_value=high, step=0.0)]
-        node.declare_parameter(parameter.name, parameter.default, descriptor)
-    _warn_of_unknown(node, [parameter.name for parameter in parameters])
-
-
-def _warn_of_unknown(node: Node, names: list[str]) -> None:
-    """Warn of what was given at the start and is no parameter; a shared file may hold others'."""
-    for given in node._parameter_overrides:
-        if not node.has_parameter(given) and not given.startswith('qos_overrides.'):
-            near = get_close_matches(given, names, 1)
-            node.get_logger().warning(f'ignored: no parameter {given!r} here'
-                                      + (f'; did you mean {near[0]!r}?' if near else ''))
 
 
 class ManagedNode(LifecycleNode):

@@ -64,6 +64,11 @@ def to_stamp(nanoseconds: int) -> Time:
     return Time(sec=seconds, nanosec=rest)
 
 
+def full_name(node: Node, name: str) -> str:
+    """Return the name of a status, `node: part` (REP-107), with the node's namespace and name."""
+    return f'{node.get_fully_qualified_name().lstrip("/")}: {name.partition(": ")[2]}'
+
+
 def to_diagnostic(status: Status, hardware_id: str) -> DiagnosticStatus:
     """Return a status as a diagnostic message."""
     return DiagnosticStatus(

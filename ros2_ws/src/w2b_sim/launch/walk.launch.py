@@ -1,28 +1,33 @@
 """Start a simulated body and the brain that walks it."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
+
+from w2b_ros import launching
+
+ARGUMENTS = {
+    'body': 'body to simulate; the controller of this name walks it unless another is given',
+    'world': 'world to simulate it in; the one the body is meant for unless given',
+    'real_time_factor': 'speed of the simulated clock, 1.0 unless given; 0.0: lockstep',
+    'seed': 'of the starts, which differ a little then; all are the nominal one unless given',
+    'clock_topic': 'where the simulated time is told: /clock, or clock in a namespace',
+    **launching.CONTROLLER,
+}
+
+
+def nodes(given: launching.Given) -> list[Node]:
+    """Return sim and brain."""
+    clock = given.text('clock_topic', 'clock' if given.text('namespace') else '/clock')
+    sim = launching.node(
+        given, 'w2b_sim', 'sim', own_clock=True,
+        defaults={'real_time_factor': 1.0, 'clock_topic': clock},
+        body=str, world=str, real_time_factor=float, seed=int, frame_prefix=str)
+    body = given.text('body')
+    brain = launching.brain(given, clock_topic=clock,
+                            defaults={'controller': body} if body else {})
+    return [sim, brain]
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return sim and brain with their parameter files."""
-    config = PathJoinSubstitution([FindPackageShare('w2b_sim'), 'config', 'sim.yaml'])
-    brain = PathJoinSubstitution(
-        [FindPackageShare('w2b_controller'), 'launch', 'brain.launch.py'])
-    real_time_factor = ParameterValue(LaunchConfiguration('real_time_factor'), value_type=float)
-    return LaunchDescription([
-        DeclareLaunchArgument('body', default_value='quadruped', description='body to simulate'),
-        DeclareLaunchArgument('controller', default_value='quadruped',
-                              description='name of a controller that ships, or path of one'),
-        DeclareLaunchArgument('real_time_factor', default_value='1.0',
-                              description='speed of the simulated clock; 0.0: lockstep'),
-        Node(package='w2b_sim', executable='sim', output='screen',
-             parameters=[config, {'body': LaunchConfiguration('body'),
-                                  'real_time_factor': real_time_factor}]),
-        IncludeLaunchDescription(
-            brain, launch_arguments={'controller': LaunchConfiguration('controller')}.items()),
-    ])
+    return launching.description(nodes, ARGUMENTS, use_sim_time=True, on_exit=launching.SHUTDOWN)

@@ -10,13 +10,16 @@ from w2b_core.bodies.urdf import to_urdf
 from w2b_core.command_process import command
 from w2b_core.registry import use_plugin
 
+#: Of the IMU messages of `sim` and `hardware`.
+IMU_FRAME = 'imu_link'
 ABOUT = """\
 Print a body's URDF, which robot_state_publisher, RViz and other simulators read:
 
   ros2 run w2b_sim urdf quadruped > quadruped.urdf
   ros2 run robot_state_publisher robot_state_publisher quadruped.urdf
 
-The joints' names are those of `joint_states`.
+The joints' names are those of `joint_states`, its links the frames of `odom` and `imu/data`. Of
+several robots each has its own frames: `-p frame_prefix:=dog1/`, in both nodes.
 """
 
 
@@ -35,5 +38,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
         body = bodies.get(options.body)
     except ValueError as error:
         parser.error(str(error))
-    print(to_urdf(body))
+    print(to_urdf(body, imu_frame=IMU_FRAME))
     return 0

@@ -10,7 +10,7 @@ from w2b_ros import node_help
 from w2b_ros.ros_process import run
 
 if TYPE_CHECKING:
-    from w2b_ros.managed_node import Parameter
+    from w2b_ros.parameters import Parameter
     from w2b_sim.sim_node import SimNode
 
 ABOUT = """

@@ -113,7 +113,7 @@ class SimulatedRobot:
         Parameters
         ----------
         epoch
-            Of the simulation: one from its start to its end.
+            Of the simulation: one from its start, or a reset, to the next reset or its end.
         real_time_factor
             Simulated seconds in a second; 0 in lockstep, where at least real time is expected.
 

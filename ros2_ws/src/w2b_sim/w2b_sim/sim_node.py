@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from geometry_msgs.msg import Point, Quaternion, Vector3
+from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -24,11 +24,12 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from w2b_core import bodies, trajectory
+from w2b_core.body_status import marked_epoch
 from w2b_core.status import Level, Status
 from w2b_core.trajectory import TrajectoryError
 from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
-from w2b_ros.managed_node import Parameter, declare
+from w2b_ros.parameters import LARGEST_INTEGER, Parameter, When, check_frame_id, declare
 from w2b_ros.ros_messages import (
     FRAMES_OUT,
     STEADY,
@@ -37,9 +38,9 @@ from w2b_ros.ros_messages import (
     to_stamp,
 )
 from w2b_ros.ros_process import StartError
+from w2b_sim import sim_messages
 from w2b_sim.engines import registry
 from w2b_sim.engines.interface import Start
-from w2b_sim.rotation import into_body
 from w2b_sim.sim_logic import SimulatedRobot, reset_answer
 from w2b_sim.worlds import WORLDS
 
@@ -47,37 +48,53 @@ from w2b_sim.worlds import WORLDS
 LOG_OUT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1000,
                      reliability=ReliabilityPolicy.RELIABLE)
 
-#: Of a simulated IMU; 0 would mean that it is not known (REP-145).
-EXACT_VARIANCE = 1e-12
-#: At the base's origin, with its axes.
-IMU_FRAME = 'imu_link'
-
 #: What a seeded start may differ by from the nominal one.
 SPREAD_HEIGHT_M = 0.002
 SPREAD_TILT_RAD = math.radians(0.5)
 
+#: Slower than that a frame takes 5 s: most likely a mistake.
+SMALLEST_FACTOR = 0.01
+
+
+def _check_factor(value: float) -> None:
+    if 0.0 < value < SMALLEST_FACTOR:
+        raise ValueError(f'expected 0 for lockstep or at least {SMALLEST_FACTOR}, got {value}')
+
+
+def _check_prefix(value: str) -> None:
+    check_frame_id(value + sim_messages.ODOM_FRAME)
+
+
 PARAMETERS = (
-    Parameter('body', 'quadruped', 'Body to simulate.', fixed=True),
+    Parameter('body', 'quadruped', 'Body to simulate.', when=When.START),
     Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.',
-              fixed=True),
+              when=When.START),
     Parameter('engine', registry.DEFAULT, 'What moves it: pybullet or mujoco.',
-              fixed=True),
+              when=When.START),
     Parameter('real_time_factor', 0.0, '0: lockstep, the body waits for the targets that answer '
-              'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0), fixed=True),
+              'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0),
+              when=When.START, check=_check_factor),
     Parameter('republish_timeout', 0.5,
-              'Seconds until a frame without an answer is sent again.', (0.05, 60.0), fixed=True),
-    Parameter('paused', False, 'Start paused.', fixed=True),
+              'Seconds until a frame without an answer is sent again.', (0.05, 60.0),
+              when=When.START),
+    Parameter('paused', False, 'Start paused.', when=When.START),
     Parameter('pause_after', 0, 'Frames after a reset until the clock stops; 0: never.',
-              fixed=True),
+              (0, LARGEST_INTEGER), when=When.START),
     Parameter('seed', -1, f'Of the starts: each is raised by up to {SPREAD_HEIGHT_M * 1e3:g} mm '
               f'and tilted by up to {math.degrees(SPREAD_TILT_RAD):g} degrees; '
-              '-1: all are exactly the nominal one.', fixed=True),
+              '-1: all are exactly the nominal one.', (-1, LARGEST_INTEGER), when=When.START),
     Parameter('start_height', 0.0, 'Metres to raise the start by, from the next reset on.',
               (0.0, 1.0)),
     Parameter('start_roll', 0.0, 'Radians to tilt it about x.', (-math.pi, math.pi)),
     Parameter('start_pitch', 0.0, 'Radians to tilt it about y.', (-math.pi, math.pi)),
     Parameter('start_yaw', 0.0, 'Radians to turn it about z.', (-math.pi, math.pi)),
-    Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.', fixed=True),
+    Parameter('clock_topic', '/clock', 'Simulated time. Only one node can tell it on /clock: of '
+              'several robots each has its own in its namespace, with clock.', when=When.START,
+              topic=True),
+    Parameter('frame_prefix', '', 'Before the names of the frames, such as dog1/: of several '
+              'robots each has its own.', when=When.START, check=_check_prefix),
+    Parameter('diagnostics_topic', '/diagnostics', 'How the simulation is.', when=When.START,
+              topic=True),
 )
 
 
@@ -89,21 +106,24 @@ class SimNode(Node):
         self.exit_code: int | None = None
         declare(self, PARAMETERS)
         self._random = np.random.default_rng(max(0, self._integer('seed')))
+        self._prefix = str(self.get_parameter('frame_prefix').value)
+        self._process, self._resets = secrets.token_hex(4), 0
         self._robot = self._make_robot()
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOG_OUT)
         self._contacts = (self.create_publisher(JointState, 'contacts', FRAMES_OUT)
                           if self._robot.frame.touching else None)
         self._imu = self.create_publisher(Imu, 'imu/data', FRAMES_OUT)
         self._odometry = self.create_publisher(Odometry, 'odom', LOG_OUT)
-        self._clock_publisher = self.create_publisher(Clock, '/clock', FRAMES_OUT)
+        self._clock_publisher = self.create_publisher(
+            Clock, str(self.get_parameter('clock_topic').value), FRAMES_OUT)
         self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, TARGETS)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
-        epoch, factor = secrets.token_hex(4), self._number('real_time_factor')
-        self._body = BodyReporter(self, lambda: self._robot.body_status(epoch, factor))
+        factor = self._number('real_time_factor')
+        self._body = BodyReporter(self, lambda: self._robot.body_status(self._epoch, factor))
         self._reporter = DiagnosticsReporter(
             self, self._statuses, lambda: self._robot.body.name,
-            str(self.get_parameter('diagnostics_topic').value))
+            str(self.get_parameter('diagnostics_topic').value), self._now)
         if self._robot.paced:
             self.create_timer(self._period_s / self._number('real_time_factor'), self._on_tick,
                               clock=STEADY)
@@ -129,9 +149,6 @@ class SimNode(Node):
             raise StartError(f'unknown world {name!r}: expected one of {", ".join(WORLDS)}')
         world = WORLDS[name]
         self._period_s = world.control_period_s
-        if self._integer('pause_after') < 0:
-            raise StartError('pause_after: expected 0 or more frames, '
-                             f'got {self._integer("pause_after")}')
         engine = str(self.get_parameter('engine').value)
         try:
             self._simulation = registry.make_simulation(engine, body, world)
@@ -155,12 +172,20 @@ class SimNode(Node):
             pitch += self._random.uniform(-SPREAD_TILT_RAD, SPREAD_TILT_RAD)
         return Start(height, roll, pitch, yaw)
 
+    @property
+    def _epoch(self) -> str:
+        """Epoch of the body: a word ends with a reset, and with the process."""
+        return f'{self._process}.{self._resets}'
+
     def _on_targets(self, message: JointTrajectory) -> None:
         try:
             answered_ns = trajectory.nanoseconds('joint_trajectory: stamp', message.header.stamp)
             trajectory.check(message.joint_names, message.points, self._period_s)
         except TrajectoryError as error:
             self._robot.refuse(str(error))
+            return
+        if marked_epoch(message.header.frame_id) not in (None, '', self._epoch):
+            self._robot.refuse('the word was said before the reset: say it again')
             return
         taken = self._robot.take(answered_ns, message.joint_names,
                                  [point.positions for point in message.points])
@@ -182,6 +207,9 @@ class SimNode(Node):
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._robot.reset()
+        self._resets += 1
+        # Before the answer and the frame: a word that is said after them is a new one.
+        self._body.check()
         if not self._robot.paused:
             self._publish_frame()
         response.success = True
@@ -203,48 +231,17 @@ class SimNode(Node):
 
     def _publish_frame(self) -> None:
         self._republish.reset()
-        frame, stamp = self._robot.frame, to_stamp(self._robot.stamp_ns)
+        frame, body, stamp = self._robot.frame, self._robot.body, self._now()
         self._clock_publisher.publish(Clock(clock=stamp))
-        self._odometry.publish(self._odometry_message())
+        self._odometry.publish(sim_messages.odometry(frame, body, stamp, self._prefix))
         if self._contacts is not None:
-            contacts = JointState(name=list(frame.touching),
-                                  position=[float(touch) for touch in frame.touching.values()])
-            contacts.header.stamp = stamp
-            self._contacts.publish(contacts)
-        self._imu.publish(self._imu_message())
-        joints = JointState(name=[joint.name for joint in self._robot.body.joints],
-                            position=frame.joint_position_rad.tolist(),
-                            velocity=frame.joint_velocity_rad_s.tolist())
-        joints.header.stamp = stamp
-        self._joint_states.publish(joints)
+            self._contacts.publish(sim_messages.contacts(frame, stamp))
+        self._imu.publish(sim_messages.imu(frame, stamp, self._prefix))
+        self._joint_states.publish(sim_messages.joint_states(frame, body, stamp))
 
-    def _imu_message(self) -> Imu:
-        """What an IMU in the base shows, exactly (REP-145); its axes are the base's."""
-        frame = self._robot.frame
-        message = Imu()
-        message.header.stamp = to_stamp(self._robot.stamp_ns)
-        message.header.frame_id = IMU_FRAME
-        message.orientation = _quaternion(frame.orientation_xyzw)
-        message.angular_velocity = Vector3(**_xyz(frame.imu.angular_velocity_rad_s))
-        message.linear_acceleration = Vector3(**_xyz(frame.imu.specific_force_m_s2))
-        for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
-                           message.linear_acceleration_covariance):
-            covariance[[0, 4, 8]] = EXACT_VARIANCE
-        return message
-
-    def _odometry_message(self) -> Odometry:
-        """Pose in `odom`, velocity in the base's own frame, as Odometry asks for."""
-        frame = self._robot.frame
-        message = Odometry(child_frame_id=self._robot.body.links[0].name)
-        message.header.frame_id = 'odom'
-        message.header.stamp = to_stamp(self._robot.stamp_ns)
-        message.pose.pose.position = Point(**_xyz(frame.position_m))
-        message.pose.pose.orientation = _quaternion(frame.orientation_xyzw)
-        message.twist.twist.linear = Vector3(
-            **_xyz(into_body(frame.orientation_xyzw, frame.velocity_m_s)))
-        message.twist.twist.angular = Vector3(
-            **_xyz(into_body(frame.orientation_xyzw, frame.angular_velocity_rad_s)))
-        return message
+    def _now(self) -> Time:
+        """Return the simulated time."""
+        return to_stamp(self._robot.stamp_ns)
 
     def _statuses(self) -> Sequence[Status]:
         return [self._robot.targets_status(), self._clock_status()]
@@ -252,21 +249,16 @@ class SimNode(Node):
     def _clock_status(self) -> Status:
         """How time goes, and who else sends frames: a brain takes those of one body only."""
         status = self._robot.clock_status()
-        for publisher in (self._joint_states, self._odometry):
+        for publisher, todo in (
+                (self._joint_states, 'stop one of them'), (self._odometry, 'stop one of them'),
+                (self._clock_publisher, 'start one with -p clock_topic:=clock, and the nodes that '
+                 'use its time with -r /clock:=clock')):
             other = other_publisher(self, publisher.topic_name)
             if other:
                 return replace(status, level=Level.WARN, message=f'{status.message}; {other} '
-                               f'also publishes on {publisher.topic_name}: stop one of them')
+                               f'also publishes on {publisher.topic_name}: {todo}')
         return status
 
     def close(self) -> None:
         """Leave the physics server."""
         self._simulation.close()
-
-
-def _quaternion(orientation_xyzw: np.ndarray) -> Quaternion:
-    return Quaternion(**dict(zip('xyzw', map(float, orientation_xyzw), strict=True)))
-
-
-def _xyz(vector: np.ndarray) -> dict[str, float]:
-    return dict(zip('xyz', map(float, vector), strict=True))

@@ -14,12 +14,21 @@ from w2b_core.bodies.turning import from_rpy, to_rpy
 COLOURS = ((0.85, 0.45, 0.15, 1.0), (0.20, 0.45, 0.70, 1.0), (0.15, 0.20, 0.30, 1.0))
 
 
-def to_urdf(body: Body, *, capsule_element: bool = False) -> str:
+def to_urdf(body: Body, *, capsule_element: bool = False, imu_frame: str = '') -> str:
     """
     Return the URDF document of `body`.
 
-    URDF has no capsule: one becomes a cylinder and two spheres. Some readers know a `capsule`
-    element; `capsule_element` writes that, one smooth shape, instead.
+    Parameters
+    ----------
+    body
+        What is described.
+    capsule_element
+        URDF has no capsule: one becomes a cylinder and two spheres. Some readers know a `capsule`
+        element; this writes that, one smooth shape, instead.
+    imu_frame
+        Name of the frame of the IMU messages: a link without mass at the base's origin, with its
+        axes. Physics engines need none, and get none.
+
     """
     robot = ElementTree.Element('robot', name=body.name)
     for index, colour in enumerate(COLOURS):
@@ -39,6 +48,12 @@ def to_urdf(body: Body, *, capsule_element: bool = False) -> str:
         ElementTree.SubElement(
             element, 'limit', lower=_number(joint.lower_rad), upper=_number(joint.upper_rad),
             effort=_number(joint.servo.max_torque_nm), velocity=_number(speed))
+    if imu_frame:
+        ElementTree.SubElement(robot, 'link', name=imu_frame)
+        element = ElementTree.SubElement(robot, 'joint', name=f'{imu_frame}_joint', type='fixed')
+        ElementTree.SubElement(element, 'parent', link=body.links[0].name)
+        ElementTree.SubElement(element, 'child', link=imu_frame)
+        ElementTree.SubElement(element, 'origin', xyz='0 0 0', rpy='0 0 0')
     ElementTree.indent(robot)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding='unicode') + '\n'
 

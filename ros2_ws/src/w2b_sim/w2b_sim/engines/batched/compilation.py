@@ -108,9 +108,9 @@ def announced(layout: Layout, say: Callable[[str], None] | None) -> Iterator[Non
     folder = cache_folder()
     kept = None if folder is None else folder / f'{_name(layout)}.compiled'
     if kept is None or not kept.exists():
-        (say or logger.info)(
+        (say or logger.warning)(
             f'compiling the batched engine once for {layout.links} links, {layout.bits} bits, '
-            f'{layout.lanes} lanes (some seconds)')
+            f'{layout.lanes} lanes (up to two minutes)')
     yield
     _compiled.add(layout)
     if kept is not None:
@@ -122,6 +122,9 @@ _compiled: set[Layout] = set()
 
 
 def _name(layout: Layout) -> str:
-    """Return a file name for a layout on this processor."""
+    """Return a file name for a layout, on this processor, with the sources as numba knows them."""
     processor = llvmlite.binding.get_host_cpu_name()
-    return hashlib.sha256(f'{processor} {layout}'.encode()).hexdigest()[:16]
+    # numba keeps the code of each copy of the sources apart, and makes it anew for a newer file.
+    source = Path(kernel.__file__).resolve()
+    known = f'{processor} {layout} {source} {source.stat().st_mtime} {source.stat().st_size}'
+    return hashlib.sha256(known.encode()).hexdigest()[:16]
