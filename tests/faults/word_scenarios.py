@@ -19,6 +19,7 @@ from w2b_core.brain import Brain
 from w2b_core.controller import file as controller_file
 from w2b_core.vocabulary import Vocabulary
 from w2b_hw.calibration import nominal
+from w2b_hw.imu import registry
 from w2b_hw.joints import BODY, JOINTS
 from w2b_hw.power import Power
 from w2b_hw.robot import Robot
@@ -57,10 +58,12 @@ class Talk:
             self.brain.body(BodyStatus(BODY, safety.state.value, safety.reason,
                                        safety.state is State.ACTIVE, safety.epoch, True, None,
                                        rig.now_s - self._epoch_at_s))
-        assert rig.robot._report is not None
-        joints = {**dict(zip(JOINTS, rig.robot._report.position_rad, strict=True)), **self.extra}
-        targets = self.brain.joint_states(
-            stamp_ns + self.stamp_offset_ns, list(joints), list(joints.values()))
+        report, stamp = rig.robot._report, stamp_ns + self.stamp_offset_ns
+        joints = {**dict(zip(JOINTS, report.position_rad, strict=True)), **self.extra}
+        targets = self.brain.joint_states(stamp, list(joints), list(joints.values()))
+        if self.brain.uses_imu and report.sample is not None:
+            targets = self.brain.imu(stamp, report.orientation,
+                                     report.sample.angular_velocity_rad_s)
         if targets is None:
             return None
         rig.mark = mark(targets.word_epoch)
@@ -102,7 +105,8 @@ def talking(**how: float) -> Iterator[Talk]:
     """Give a robot that is off, and a brain."""
     with TemporaryDirectory() as folder:
         talk = Talk(Path(folder), **how)
-        talk.frames(0.5)
+        # The brain answers when the IMU's orientation is known.
+        talk.rig.frames_until(lambda: bool(talk.rig.gate.accepted))
         yield talk
 
 
@@ -164,7 +168,7 @@ def _before(end: Callable[[Talk], None]) -> Callable[[], Outcome]:
             end(talk)
             until(talk.rig, talk.rig.off)
             talk.rig.answer = talk._answer
-            talk.frames(0.5)
+            talk.frames(1.0)
             talk.arm()
             talk.stands()
             talk.walks()
@@ -189,11 +193,12 @@ def hardware_restarted() -> Outcome:
         epoch = rig.robot.safety.epoch
         rig.robot = Robot(FrameBudget(rig.wire), nominal(), Power(Path('/nonexistent')))
         rig.robot.connect()
+        rig.robot.attach_imu(registry.find(rig.wire))
         rig.judge(confirmed=True)
         assert rig.off()
         rig.gate, rig.armed = TargetGate(), False
         assert rig.robot.safety.epoch.split('.')[0] != epoch.split('.')[0]
-        talk.frames(0.5)
+        rig.frames_until(lambda: bool(rig.gate.accepted))
         talk.arm()
         talk.stands()
         talk.walks()
@@ -266,3 +271,14 @@ for _name, _text, _fields in (
         ('with efforts', 'effort: expected none', {'effort': [0.1] * 12})):
     scenario(f'trajectory {_name}', 'refused with the reason; held, parked, off',
              frames=50, ms=2550)(_refused(_text, **_fields))
+
+
+@scenario('extra joint in joint_states', 'ignored: it walks on', frames=0, ms=0)
+def extra_joint() -> Outcome:
+    with talking() as talk:
+        talk.arm()
+        talk.walks()
+        talk.extra = {'pan_joint': 0.5}
+        assert np.count_nonzero(talk.frames(1.5) > 10 * STILL_US) >= 4, 'an extra joint stops it'
+        assert talk.rig.robot.safety.state is State.ACTIVE
+    return Outcome(0, 0)

@@ -137,6 +137,6 @@ def test_a_process_that_was_stopped_does_not_make_up_for_it(robot):
     assert robot.body.time_s - before_s < 2.1
 
 
-def test_a_body_with_other_joints_is_refused():
+def test_a_calibration_of_other_joints_is_refused():
     with pytest.raises(ValueError, match='quadruped: expected servos of the joints front_left_hip'):
-        SimulatedBody(EmulatedRobot(), body='quadruped')
+        SimulatedBody(EmulatedRobot(), body='quadruped', calibration=nominal())

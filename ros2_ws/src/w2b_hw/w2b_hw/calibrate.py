@@ -22,6 +22,7 @@ from w2b_hw import calibration, command_line
 from w2b_hw.calibration import DEFAULT_PATH, Calibration, CalibrationError
 from w2b_hw.calibration_session import HELP, Session
 from w2b_hw.guard import Guard
+from w2b_hw.joints import BODY, TWIN, JointList, named
 from w2b_hw.servo_bank import ChipStateError, ServoBank
 from w2b_hw.transport import DEFAULT_DEVICE, EMULATED, open_transport
 
@@ -109,12 +110,12 @@ def keep_aside(path: Path) -> str:
     return f'what was there before is {kept.name}'
 
 
-def start_from(path: Path) -> tuple[Calibration, str, bool]:
+def start_from(path: Path, joints: JointList = TWIN) -> tuple[Calibration, str, bool]:
     """Return the calibration to begin with, where it came from, and whether that is the file."""
     try:
-        return calibration.load(path), f'beginning from {path}', True
+        return calibration.load(path, joints), f'beginning from {path}', True
     except CalibrationError as error:
-        return (calibration.nominal(calibrated=False),
+        return (calibration.nominal(calibrated=False, joints=joints),
                 f'beginning from nominal values ({error})', False)
 
 
@@ -125,28 +126,30 @@ def main() -> None:
     parser.add_argument('--transport', default=DEFAULT_DEVICE,
                         help='bus device, or emulated[:SOCKET] (default: %(default)s)')
     parser.add_argument('--file', type=Path, default=DEFAULT_PATH, help='(default: %(default)s)')
+    parser.add_argument('--body', default=BODY,
+                        help='body that the robot is built as (default: %(default)s)')
     parser.add_argument('--seal', action='store_true',
                         help='only check a file that was edited by hand and renew its checksum')
     arguments = parser.parse_args(command_line.own())
     path = arguments.file.expanduser()
     try:
         if arguments.seal:
-            sealed = calibration.seal(path)
+            sealed = calibration.seal(path, named(arguments.body))
             print(f'calibrate: {path} is in order; its checksum is new')
             for note in filter(None, (sealed.problem, *(servo.doubt for servo in sealed.servos))):
                 print(f'calibrate: but {note}')
         else:
-            _calibrate(path, arguments.transport)
+            _calibrate(path, arguments.transport, named(arguments.body))
     except (OSError, ValueError, ChipStateError, RuntimeError) as error:
         sys.exit(f'calibrate: {error}')
 
 
-def _calibrate(path: Path, transport_name: str) -> None:
+def _calibrate(path: Path, transport_name: str, joints: JointList) -> None:
     if not sys.stdin.isatty():
         raise ValueError('expected a terminal; over SSH use `ssh -t`')
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _end)
-    start, origin, in_file = start_from(path)
+    start, origin, in_file = start_from(path, joints)
     transport = open_transport(transport_name, exclusive=True)
     bank = ServoBank(transport, range(16), address=start.board.address,
                      oscillator_hz=start.board.oscillator_hz,

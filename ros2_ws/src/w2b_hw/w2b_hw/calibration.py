@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -18,9 +17,10 @@ from typing import Any
 
 import yaml
 
+from w2b_core.files import write_atomically
 from w2b_core.sensor_frames import shown
 from w2b_hw import plain_yaml
-from w2b_hw.joints import JOINTS, limit_rad
+from w2b_hw.joints import TWIN, JointList
 
 #: Where the robot's own calibration is kept.
 DEFAULT_PATH = Path('~/.config/w2b/calibration.yaml')
@@ -140,25 +140,26 @@ class Servo:
 
 @dataclass(frozen=True)
 class Calibration:
-    """Board and servos of one robot, the servos in the order of `joints.JOINTS`."""
+    """Board and servos of one robot, the servos in the order of its body's joints."""
 
     board: Board
     servos: tuple[Servo, ...]
+    joints: JointList = TWIN
 
     def __post_init__(self) -> None:
         """Check that every joint has one servo and a channel of its own (CalibrationError)."""
-        joints = [servo.joint for servo in self.servos]
-        if sorted(joints) != sorted(JOINTS):
-            missing = sorted(set(JOINTS) - set(joints))
-            unknown = sorted(set(joints) - set(JOINTS))
+        joints, names = [servo.joint for servo in self.servos], self.joints.names
+        if sorted(joints) != sorted(names):
+            missing = sorted(set(names) - set(joints))
+            unknown = sorted(set(joints) - set(names))
             raise CalibrationError(
-                f'servos: expected each of the {len(JOINTS)} joints once, got {len(joints)}; '
+                f'servos: expected each of the {len(names)} joints once, got {len(joints)}; '
                 f'missing {missing or "none"}, unknown {unknown or "none"}')
         channels = [servo.channel for servo in self.servos]
         if len(set(channels)) != len(channels):
             twice = sorted({c for c in channels if channels.count(c) > 1})
             raise CalibrationError(f'servos: channel {twice[0]} is used by more than one servo')
-        ordered = sorted(self.servos, key=lambda servo: JOINTS.index(servo.joint))
+        ordered = sorted(self.servos, key=lambda servo: names.index(servo.joint))
         object.__setattr__(self, 'servos', tuple(ordered))
 
     @property
@@ -171,17 +172,20 @@ class Calibration:
                 f'not {shown(lacking)}')
 
 
-def nominal(calibrated: bool = True) -> Calibration:
+def nominal(calibrated: bool = True, joints: JointList = TWIN) -> Calibration:
     """Return what an ideal robot has; to start calibrating from, it is not `calibrated`."""
+    least, most = sorted((NOMINAL_US_PER_RAD ** -1 * (end_us - NOMINAL_ZERO_US))
+                         for end_us in (SHORTEST_US, LONGEST_US))
     return Calibration(Board(), tuple(
-        Servo(joint, channel, min_rad=-limit_rad(joint), max_rad=limit_rad(joint),
+        Servo(joint, channel, min_rad=min(max(low, least), 0.0), max_rad=max(min(high, most), 0.0),
               calibrated=calibrated)
-        for channel, joint in enumerate(JOINTS)))
+        for channel, (joint, low, high) in enumerate(zip(
+            joints.names, joints.lower_rad, joints.upper_rad, strict=True))), joints)
 
 
-def load(path: Path) -> Calibration:
+def load(path: Path, joints: JointList = TWIN) -> Calibration:
     """
-    Return the calibration in a file.
+    Return the calibration in a file, of a robot with these joints.
 
     Raises
     ------
@@ -192,7 +196,7 @@ def load(path: Path) -> Calibration:
     """
     document = _document(path)
     try:
-        return _parsed(document)
+        return _parsed(document, joints)
     except CalibrationError as error:
         raise CalibrationError(f'{path}: {error.problem}', error.fix) from None
 
@@ -226,23 +230,8 @@ def save(calibration: Calibration, path: Path) -> None:
                             'servos': [asdict(servo) for servo in calibration.servos]}
     text = yaml.safe_dump({**body, 'checksum': checksum(body)}, sort_keys=False)
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        with aside.open('w', encoding='utf-8') as file:
-            file.write(text)
-            file.flush()
-            # The robot's supply may be cut right after saving.
-            os.fsync(file.fileno())
-        os.replace(aside, path)
-    finally:
-        aside.unlink(missing_ok=True)
-    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        # Else the name may still be that of the old file after a power cut.
-        os.fsync(folder)
-    finally:
-        os.close(folder)
-    if load(path) != calibration:
+    write_atomically(path, text.encode())
+    if load(path, calibration.joints) != calibration:
         raise CalibrationError(f'{path} does not hold what was written', 'save it elsewhere')
 
 
@@ -252,7 +241,7 @@ def checksum(body: Mapping[str, Any]) -> str:
         json.dumps(body, sort_keys=True, separators=(',', ':')).encode()).hexdigest()
 
 
-def _parsed(document: Any) -> Calibration:
+def _parsed(document: Any, joints: JointList) -> Calibration:
     body = dict(_mapping('file', document, ('format', 'version', 'board', 'servos', 'checksum')))
     _check_version(body)
     stated = body.pop('checksum')
@@ -264,10 +253,10 @@ def _parsed(document: Any) -> Calibration:
         raise CalibrationError('the checksum does not fit, so the file was cut short or edited by '
                                'hand', 'calibrate again, or check every value and seal it with '
                                '`ros2 run w2b_hw calibrate --seal`')
-    return _built(body)
+    return _built(body, joints)
 
 
-def seal(path: Path) -> Calibration:
+def seal(path: Path, joints: JointList = TWIN) -> Calibration:
     """
     Give a file that was edited by hand a new checksum, if all else in it is in order; return it.
 
@@ -276,14 +265,15 @@ def seal(path: Path) -> Calibration:
     document = _document(path)
     try:
         built = _built(dict(_mapping('file', document,
-                                     ('format', 'version', 'board', 'servos', 'checksum'))))
+                                     ('format', 'version', 'board', 'servos', 'checksum'))),
+                       joints)
     except CalibrationError as error:
         raise CalibrationError(f'{path}: {error.problem}', error.fix) from None
     save(built, path)
     return built
 
 
-def _built(body: Mapping[str, Any]) -> Calibration:
+def _built(body: Mapping[str, Any], joints: JointList) -> Calibration:
     _check_version(body)
     if not isinstance(body['servos'], list):
         raise CalibrationError(f'servos: expected a list, got {type(body["servos"]).__name__}')
@@ -292,7 +282,7 @@ def _built(body: Mapping[str, Any]) -> Calibration:
     servos = [Servo(**_mapping(f'servos[{n}]', {'calibrated': False, **servo}
                                if isinstance(servo, dict) else servo, _names(Servo)))
               for n, servo in enumerate(body['servos'])]
-    return Calibration(board, tuple(servos))
+    return Calibration(board, tuple(servos), joints)
 
 
 def _check_version(body: Mapping[str, Any]) -> None:

@@ -19,7 +19,7 @@ from w2b_hw.calibration import (
     CalibrationError,
     Servo,
 )
-from w2b_hw.joints import limit_rad
+from w2b_hw.joints import TWIN, JointList
 from w2b_hw.servo_bank import CHANNELS, ChipStateError, ServoBank
 
 SMALL_US, LARGE_US = 5.0, 20.0
@@ -46,17 +46,19 @@ class Draft:
     servos: tuple[dict[str, float | int | str], ...]
     #: Of each servo, what was found of `NEEDED`.
     found: tuple[frozenset[str], ...]
+    joints: JointList
 
     def finished(self) -> Calibration:
         """Return the calibration (CalibrationError if the values do not belong together)."""
         return Calibration(self.board, tuple(
             Servo(**{**servo, 'calibrated': found >= set(NEEDED)})  # type: ignore[arg-type]
-            for servo, found in zip(self.servos, self.found, strict=True)))
+            for servo, found in zip(self.servos, self.found, strict=True)), self.joints)
 
 
-def mark_rad(joint: str) -> float:
-    """Return the angle of the second mark, which is within the joint's limits."""
-    return min(MARK_RAD, limit_rad(joint))
+def mark_rad(joint: str, joints: JointList = TWIN) -> float:
+    """Return the angle of the second mark, within the joint's limits: negative if they are."""
+    low, high = joints.limits_rad(joint)
+    return min(MARK_RAD, high) if high >= -low else max(-MARK_RAD, low)
 
 
 class Session:
@@ -78,7 +80,7 @@ class Session:
         self._bank = bank
         self._draft = Draft(start.board, tuple(vars(servo).copy() for servo in start.servos),
                             tuple(frozenset(NEEDED if servo.calibrated else ())
-                                  for servo in start.servos))
+                                  for servo in start.servos), start.joints)
         self.in_file = in_file
         self._undo: list[Draft] = []
         self._index = 0
@@ -196,17 +198,17 @@ class Session:
 
     def _mark(self) -> None:
         from_zero_us = self._pulse_us - float(self._servo['zero_us'])
-        angle_rad = mark_rad(str(self._servo['joint']))
+        angle_rad = mark_rad(str(self._servo['joint']), self._draft.joints)
         if abs(from_zero_us) < LARGE_US:
             self.message = f'move it to {math.degrees(angle_rad):+.0f} degrees first: it is at zero'
             return
-        slope = abs(from_zero_us) / angle_rad
+        slope = abs(from_zero_us / angle_rad)
         low, high = PLAUSIBLE_US_PER_RAD
         doubt = '' if low <= slope <= high else (
             f'; BUT {slope:.0f} us/rad is implausible (servos have {low:.0f} to {high:.0f}): '
             'is it really there?')
         self._change(f'{math.degrees(angle_rad):+.0f} degrees is here{doubt}', 'mark',
-                     direction=1 if from_zero_us > 0 else -1, us_per_rad=slope)
+                     direction=1 if from_zero_us * angle_rad > 0 else -1, us_per_rad=slope)
 
     def _shortest(self) -> None:
         self._change('the range ends here', None, min_us=self._pulse_us)
@@ -250,9 +252,9 @@ class Session:
         # The angles' range follows the pulses': what is reachable, within the joint's limits.
         limits = sorted(int(servo['direction']) * (float(servo[end]) - float(servo['zero_us']))
                         / float(servo['us_per_rad']) for end in ('min_us', 'max_us'))
-        most_rad = limit_rad(str(servo['joint']))
-        servo['min_rad'] = max(limits[0], -most_rad)
-        servo['max_rad'] = min(limits[1], most_rad)
+        low, high = self._draft.joints.limits_rad(str(servo['joint']))
+        servo['min_rad'] = min(max(limits[0], low), 0.0)
+        servo['max_rad'] = max(min(limits[1], high), 0.0)
         servos = list(self._draft.servos)
         servos[self._index] = servo
         all_found = list(self._draft.found)

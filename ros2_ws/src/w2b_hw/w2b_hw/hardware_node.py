@@ -22,13 +22,12 @@ from trajectory_msgs.msg import JointTrajectory
 
 from w2b_core.body_status import FRESH_PERIODS, BodyStatus
 from w2b_core.status import Level, Status
-from w2b_hw import calibration, messages
+from w2b_hw import calibration, joints, messages
 from w2b_hw.clocks import Clock, SteppedClock, WallClock
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
 from w2b_hw.imu.part import ImuError, Part, Sample
 from w2b_hw.io_thread import IoThread
-from w2b_hw.joints import BODY
 from w2b_hw.power import Power
 from w2b_hw.robot import Report, Robot
 from w2b_hw.safety import State
@@ -64,6 +63,10 @@ def _check_imu(name: str) -> None:
         raise ValueError(f'expected one of {", ".join(registry.CHOICES)}, got {name!r}')
 
 
+def _check_body(name: str) -> None:
+    joints.named(name)
+
+
 PARAMETERS = (
     Parameter('autostart', True, 'Configure and activate without being asked.',
               when=When.START),
@@ -76,6 +79,8 @@ PARAMETERS = (
     Parameter('real_time_factor', 1.0, 'Of a simulated body: its seconds a second, at most; 0 for '
               'as fast as the brain answers. Its time waits for the brain.', (0.0, 100.0),
               when=When.CONFIGURE),
+    Parameter('body', joints.BODY, 'Body that the robot is built as: its joints, limits, pose.',
+              when=When.CONFIGURE, check=_check_body),
     Parameter('calibration', DEFAULT_CALIBRATION,
               'Calibration file. Emulated chips need none: an ideal robot is the default there.',
               when=When.CONFIGURE),
@@ -156,7 +161,7 @@ class HardwareNode(ManagedNode):
 
     def _configure(self, name: str) -> None:
         check_name(name)
-        found = self._calibration(name)
+        found = self._calibration(name, joints.named(self._text('body')))
         self._bus = FrameBudget(self._open(name))
         self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ, clock=self._frame_clock.now,
                             use_magnetometer=self._flag('use_magnetometer'),
@@ -182,20 +187,20 @@ class HardwareNode(ManagedNode):
         self._frame_clock = SteppedClock(float(self.get_parameter('real_time_factor').value))
         path = name.partition(':')[2]
         if not path.startswith('/'):
-            self._simulated = SimulatedRobot(name)
+            self._simulated = SimulatedRobot(name, self._text('body'))
             path = self._simulated.path
         return connect(path, self._frame_clock)
 
-    def _calibration(self, transport: str) -> calibration.Calibration:
+    def _calibration(self, transport: str, driven: joints.JointList) -> calibration.Calibration:
         path = self._text('calibration')
         if (is_emulated(transport) or is_simulated(transport)) and path == DEFAULT_CALIBRATION:
-            return calibration.nominal()
-        return calibration.load(Path(path).expanduser())
+            return calibration.nominal(joints=driven)
+        return calibration.load(Path(path).expanduser(), driven)
 
     def activate(self) -> None:
         """Begin the frames."""
         assert self._robot is not None
-        self._gate = TargetGate(period_s=1.0 / RATE_HZ)
+        self._gate = TargetGate(period_s=1.0 / RATE_HZ, joints=self._robot.joints.names)
         self._auto_arm = bool(self.get_parameter('auto_arm').value)
         self._io = IoThread(self._robot, period_s=1.0 / RATE_HZ, on_frame=self._on_frame,
                             on_pose=self._on_pose, sign_of_life=self._sign_of_life,
@@ -361,11 +366,12 @@ class HardwareNode(ManagedNode):
 
     def _body_status(self) -> BodyStatus:
         if self._io is None or self._robot is None:
-            return BodyStatus(BODY, 'INACTIVE', f'the node is {self.state_label}; the servos are '
-                              'off', False, self._epoch(), True)
+            return BodyStatus(self._text('body'), 'INACTIVE',
+                              f'the node is {self.state_label}; the servos are off', False,
+                              self._epoch(), True)
         safety = self._robot.safety
         fresh = time.monotonic() - self._accepted_at_s <= FRESH_PERIODS / RATE_HZ
-        return BodyStatus(BODY, safety.state.value, safety.reason,
+        return BodyStatus(self._robot.joints.body, safety.state.value, safety.reason,
                           safety.state is State.ACTIVE and fresh, safety.epoch, True,
                           self._accepted_stamp_ns)
 

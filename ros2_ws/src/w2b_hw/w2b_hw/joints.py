@@ -1,18 +1,67 @@
-"""The robot's twelve joints, in the order of its motors, and how far they may turn."""
+"""The joints that servos turn: names, limits and park pose, from the description of the body."""
 
 from __future__ import annotations
 
-from math import radians
+from dataclasses import dataclass
 
-#: The body whose controllers walk this robot.
+from w2b_core import bodies
+from w2b_core.bodies.model import Body
+
+#: The body that the robot is built as unless another is named.
 BODY = 'physical_twin'
-LEGS = ('front_left', 'back_left', 'back_right', 'front_right')
-#: Hips turn about the vertical; knees and ankles pitch, positive lifts.
-JOINTS = tuple(f'{leg}_{part}' for part in ('hip', 'knee', 'ankle') for leg in LEGS)
-#: Limits to either side of zero, by the joint's part.
-LIMIT_RAD = {'hip': radians(30), 'knee': radians(45), 'ankle': radians(45)}
+#: Outputs of a PCA9685.
+MOST_JOINTS = 16
 
 
-def limit_rad(joint: str) -> float:
-    """Return how far the joint may turn to either side (KeyError if there is no such joint)."""
-    return LIMIT_RAD[joint.rpartition('_')[2]]
+@dataclass(frozen=True)
+class JointList:
+    """
+    The joints of one body, in the order of its motor neurons.
+
+    Attributes
+    ----------
+    body
+        Its name.
+    names, lower_rad, upper_rad, park_rad: one for each joint
+        Limits, and the pose that servos are energised at and parked in: the standing pose of the
+        description, in which all joints are at 0, or as near as the limits allow.
+
+    """
+
+    body: str
+    names: tuple[str, ...]
+    lower_rad: tuple[float, ...]
+    upper_rad: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Check that one board can drive them (ValueError)."""
+        if not 0 < len(self.names) <= MOST_JOINTS:
+            raise ValueError(f'body {self.body}: expected 1 to {MOST_JOINTS} joints, as many as a '
+                             f'servo board has outputs, got {len(self.names)}')
+
+    @property
+    def park_rad(self) -> tuple[float, ...]:
+        """The park pose."""
+        return tuple(min(max(0.0, low), high)
+                     for low, high in zip(self.lower_rad, self.upper_rad, strict=True))
+
+    def limits_rad(self, joint: str) -> tuple[float, float]:
+        """Return the limits of a joint (ValueError if there is no such joint)."""
+        number = self.names.index(joint)
+        return self.lower_rad[number], self.upper_rad[number]
+
+
+def of_body(body: Body) -> JointList:
+    """Return the joints of a body (ValueError if one board cannot drive them)."""
+    return JointList(body.name, tuple(joint.name for joint in body.joints),
+                     tuple(joint.lower_rad for joint in body.joints),
+                     tuple(joint.upper_rad for joint in body.joints))
+
+
+def named(body: str) -> JointList:
+    """Return the joints of the body with this name (ValueError if there is none)."""
+    return of_body(bodies.get(body))
+
+
+TWIN = named(BODY)
+JOINTS = TWIN.names

@@ -10,7 +10,6 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
 from w2b_core.status import Level, Status
 from w2b_hw.imu.orientation import NO_HEADING_VARIANCE
 from w2b_hw.imu.part import Part, Sample
-from w2b_hw.joints import JOINTS
 from w2b_hw.robot import Report
 from w2b_hw.safety import State
 
@@ -20,7 +19,7 @@ NOT_REPORTED = -1.0
 
 def joint_states(report: Report, stamp: Time) -> JointState:
     """Return what was really commanded; the park pose while the servos are off."""
-    message = JointState(name=list(JOINTS), position=list(report.position_rad),
+    message = JointState(name=list(report.joints), position=list(report.position_rad),
                          velocity=list(report.velocity_rad_s))
     message.header.stamp = stamp
     return message
@@ -28,7 +27,7 @@ def joint_states(report: Report, stamp: Time) -> JointState:
 
 def pulses(report: Report, stamp: Time) -> JointState:
     """Return the pulses at the servos as a named vector: `position` in seconds, 0 for off."""
-    message = JointState(name=list(JOINTS), position=[us * 1e-6 for us in report.pulses_us])
+    message = JointState(name=list(report.joints), position=[us * 1e-6 for us in report.pulses_us])
     message.header.stamp = stamp
     return message
 

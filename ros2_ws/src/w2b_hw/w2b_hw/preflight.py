@@ -19,6 +19,7 @@ from w2b_hw import calibration, command_line
 from w2b_hw.calibration import DEFAULT_PATH, HOW_TO_FINISH, CalibrationError
 from w2b_hw.imu import registry
 from w2b_hw.imu.part import ImuError
+from w2b_hw.joints import BODY, TWIN, JointList, named
 from w2b_hw.power import HWMON, Power
 from w2b_hw.relax import ALL_LED_OFF_H, MODE1, PRE_SCALE
 from w2b_hw.transport import (
@@ -92,10 +93,11 @@ def check_imu(transport: Transport, choice: str) -> Check:
     return Check(Grade.OK, 'imu', 'none wanted' if part is None else part.name)
 
 
-def check_calibration(path: Path, allow_uncalibrated: bool = False) -> Check:
+def check_calibration(path: Path, allow_uncalibrated: bool = False,
+                      joints: JointList = TWIN) -> Check:
     """Load the calibration file; servos that nobody calibrated fail unless they are allowed."""
     try:
-        found = calibration.load(path)
+        found = calibration.load(path, joints)
     except CalibrationError as error:
         return Check(Grade.FAIL, 'calibration', error.problem,
                      error.fix or 'ros2 run w2b_hw calibrate')
@@ -106,7 +108,7 @@ def check_calibration(path: Path, allow_uncalibrated: bool = False) -> Check:
     if doubts:
         return Check(Grade.WARN, 'calibration', f'{path}: {doubts[0]}',
                      'ros2 run w2b_hw calibrate')
-    if found == calibration.nominal():
+    if found == calibration.nominal(joints=joints):
         return Check(Grade.WARN, 'calibration', f'{path} holds nominal values only',
                      'calibrate each servo before it carries a leg')
     return Check(Grade.OK, 'calibration', f'{path}, clock {found.board.oscillator_hz / 1e6:.2f} '
@@ -193,22 +195,28 @@ def main() -> None:
     parser.add_argument('--transport', default=DEFAULT_DEVICE, help='(default: %(default)s)')
     parser.add_argument('--calibration', type=Path, default=DEFAULT_PATH,
                         help='(default: %(default)s)')
+    parser.add_argument('--body', default=BODY,
+                        help='body that the robot is built as (default: %(default)s)')
     parser.add_argument('--allow-uncalibrated', action='store_true',
                         help='servos that nobody calibrated are a warning, no failure')
     parser.add_argument('--imu', choices=registry.CHOICES, default=registry.AUTO)
     arguments = parser.parse_args(command_line.own())
     path = arguments.calibration.expanduser()
+    try:
+        joints = named(arguments.body)
+    except ValueError as error:
+        sys.exit(f'preflight: {error}')
     # As the hardware node has it: emulated chips are ideal unless a file is given.
     ideal = is_emulated(arguments.transport) and arguments.calibration == DEFAULT_PATH
     address = calibration.nominal().board.address
     if not ideal:
         with contextlib.suppress(CalibrationError):
-            address = calibration.load(path).board.address
+            address = calibration.load(path, joints).board.address
     checks = check_bus(arguments.transport, address, arguments.imu)
     if arguments.transport.startswith('/'):
         checks.append(check_bus_clock(arguments.transport, Path('/sys/class/i2c-adapter')))
     checks += [Check(Grade.OK, 'calibration', 'emulated chips need none') if ideal
-               else check_calibration(path, arguments.allow_uncalibrated),
+               else check_calibration(path, arguments.allow_uncalibrated, joints),
                check_power(Power(HWMON)), *check_modules(), check_memory(Path('/proc/meminfo'))]
     for check in checks:
         print(check)

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from w2b_hw.calibration import HOW_TO_FINISH, Calibration
 from w2b_hw.imu.orientation import LONGEST_GAP_PERIODS, Orientation
 from w2b_hw.imu.part import ImuError, Part, Sample
-from w2b_hw.joints import limit_rad
 from w2b_hw.posture import PostureWatch
 from w2b_hw.power import Power
 from w2b_hw.safety import DRIVEN, Command, Limits, Pose, Safety, State
@@ -33,12 +32,13 @@ class Report:
     """
     What the robot is doing: all that the node publishes.
 
-    Per joint, in the order of `joints.JOINTS`: `position_rad` and `velocity_rad_s` of what was
+    Per joint, in the order of `joints`: `position_rad` and `velocity_rad_s` of what was
     really sent, `pulses_us` with 0 for off. `orientation` (x, y, z, w) is None while it is not
     known; the variances (rad^2) are those of roll and pitch, and of yaw.
     """
 
     time_s: float
+    joints: tuple[str, ...]
     state: State
     reason: str
     position_rad: Pose
@@ -90,6 +90,7 @@ class Robot:
                  clock: Callable[[], float] = time.monotonic) -> None:
         board = calibration.board
         self._servos = calibration.servos
+        self.joints = calibration.joints
         self._uncalibrated = '' if allow_uncalibrated else calibration.problem
         self._bus = bus
         self._bank = ServoBank(self._bus, [servo.channel for servo in self._servos],
@@ -112,8 +113,9 @@ class Robot:
         self._sent_at_s = float('-inf')
         self._off_confirmed = False
         count = len(self._servos)
-        self._report = Report(0.0, State.DISARMED, '', self.safety.limits.park_rad, (0.0,) * count,
-                              (0.0,) * count, False, None, None, 0.0, 0.0, None, None, None, 0, 0.0)
+        self._report = Report(
+            0.0, self.joints.names, State.DISARMED, '', self.safety.limits.park_rad,
+            (0.0,) * count, (0.0,) * count, False, None, None, 0.0, 0.0, None, None, None, 0, 0.0)
 
     def connect(self) -> None:
         """Turn everything off and set the servo chip up (OSError, ChipStateError)."""
@@ -315,7 +317,9 @@ class Robot:
 
 def limits_of(calibration: Calibration) -> Limits:
     """Return the limits that calibration and joints both allow, and the defaults for the rest."""
-    servos = calibration.servos
-    return Limits(lower_rad=tuple(max(s.min_rad, -limit_rad(s.joint)) for s in servos),
-                  upper_rad=tuple(min(s.max_rad, limit_rad(s.joint)) for s in servos),
-                  park_rad=(0.0,) * len(servos))
+    servos, joints = calibration.servos, calibration.joints
+    lower = tuple(map(max, (servo.min_rad for servo in servos), joints.lower_rad))
+    upper = tuple(map(min, (servo.max_rad for servo in servos), joints.upper_rad))
+    return Limits(lower_rad=lower, upper_rad=upper, park_rad=tuple(
+        min(max(park, low), high)
+        for park, low, high in zip(joints.park_rad, lower, upper, strict=True)))

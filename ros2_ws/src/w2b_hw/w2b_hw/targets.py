@@ -52,10 +52,13 @@ class TargetGate:
     Checks targets as they arrive.
 
     A target carries the stamp of the sensor frame that it answers, so its age is that of what
-    the brain knew. `max_age_s` is the time in which an answer must come, `period_s` that of frames.
+    the brain knew. `max_age_s` is the time in which an answer must come, `period_s` that of frames,
+    `joints` the names of the robot's joints.
     """
 
-    def __init__(self, max_age_s: float = 0.150, period_s: float = 0.05) -> None:
+    def __init__(self, max_age_s: float = 0.150, period_s: float = 0.05,
+                 joints: Sequence[str] = JOINTS) -> None:
+        self._joints = tuple(joints)
         self._max_age_s = max_age_s
         self._period_s = period_s
         self._last_stamp_ns = 0
@@ -103,7 +106,7 @@ class TargetGate:
     def check(self, names: Sequence[str], points: Sequence[Sequence[float]], stamp_ns: int,
               now_ns: int) -> Pose:
         """
-        Return the angles in the order of `joints.JOINTS`.
+        Return the angles in the order of the robot's joints.
 
         Parameters
         ----------
@@ -133,7 +136,7 @@ class TargetGate:
         if len(points) != 1:
             raise TargetRefusedError(f'joint_trajectory: expected 1 point, got {len(points)}')
         try:
-            values = named_values('joint_trajectory', names, points[0], JOINTS)
+            values = named_values('joint_trajectory', names, points[0], self._joints)
         except FrameError as error:
             raise TargetRefusedError(str(error)) from None
         age_s = (now_ns - stamp_ns) / 1e9
@@ -147,4 +150,4 @@ class TargetGate:
             self._last_stamp_ns = 0
         if stamp_ns <= self._last_stamp_ns:
             raise TargetRefusedError('joint_trajectory: not later than the last one')
-        return tuple(values[joint] for joint in JOINTS)
+        return tuple(values[joint] for joint in self._joints)

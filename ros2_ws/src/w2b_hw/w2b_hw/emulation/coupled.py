@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 
 from w2b_core import bodies
 from w2b_hw.calibration import Calibration, nominal
+from w2b_hw.emulation.chip_server import ChipServer
 from w2b_hw.emulation.motion import Vector
 from w2b_hw.emulation.robot import EmulatedRobot
-from w2b_hw.emulation.server import ChipServer
 from w2b_hw.imu.lsm6dsox_lis3mdl import Lsm6dsoxLis3mdl as Part
+from w2b_hw.joints import of_body
 from w2b_sim.engines import registry
 from w2b_sim.engines.inertial import WINDOW_S, matrix
 from w2b_sim.engines.interface import Start
@@ -76,7 +77,8 @@ class SimulatedBody:
                  start: Start | None = None) -> None:
         self.body = bodies.get(body)
         self._world = WORLDS[self.body.world]
-        servos = {servo.joint: servo for servo in (calibration or nominal()).servos}
+        robot = calibration or nominal(joints=of_body(self.body))
+        servos = {servo.joint: servo for servo in robot.servos}
         missing = [joint.name for joint in self.body.joints if joint.name not in servos]
         if missing:
             raise ValueError(f'{body}: expected servos of the joints {", ".join(servos)}, '

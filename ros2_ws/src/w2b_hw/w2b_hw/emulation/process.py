@@ -14,7 +14,6 @@ from w2b_hw.clocks import Clock
 from w2b_hw.emulation.client import SocketTransport
 from w2b_hw.transport import Transport
 
-DEFAULT_BODY = 'physical_twin'
 #: A physics engine is imported first.
 _READY_WITHIN_S = 60.0
 _END_WITHIN_S = 5.0
@@ -33,6 +32,8 @@ class SimulatedRobot:
     ----------
     name
         `simulated`, or `simulated:ENGINE` with an engine of `w2b_sim`.
+    body
+        Name of the body that the chips sit on.
 
     Raises
     ------
@@ -41,7 +42,7 @@ class SimulatedRobot:
 
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, body: str) -> None:
         engine = name.partition(':')[2]
         self._folder = Path(tempfile.mkdtemp(prefix='w2b-'))
         socket = self._folder / 'chips'
@@ -51,7 +52,7 @@ class SimulatedRobot:
             # A session of its own: Ctrl-C must not end the chips before the servos are off.
             self._process = subprocess.Popen(
                 [sys.executable, '-m', 'w2b_hw.emulation.server', str(socket),
-                 '--body', DEFAULT_BODY, '--lockstep', '--end-with-stdin',
+                 '--body', body, '--lockstep', '--end-with-stdin',
                  *(['--engine', engine] if engine else [])],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, start_new_session=True)
         assert self._process.stdout is not None
