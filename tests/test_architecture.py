@@ -1,6 +1,8 @@
 """The arrows of the house: which package may import which, and no import circle anywhere."""
 
 import ast
+import subprocess
+import sys
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -94,3 +96,18 @@ def test_no_module_takes_part_in_an_import_circle(packages, at_import):
         tuple(TopologicalSorter(graph).static_order())
     except CycleError as error:
         pytest.fail(' -> '.join(error.args[1]))
+
+
+def test_the_command_that_prints_the_arrows_sees_those_that_are_tested():
+    said = subprocess.run([sys.executable, ROOT / 'scripts' / 'house'], capture_output=True,
+                          text=True, check=True).stdout
+    rows = [[cell.strip(' `') for cell in line.strip('|').split('|')]
+            for line in said.splitlines() if line.startswith('|')]
+    header = next(row for row in rows if row[0] == 'files of that import')
+    by_room = {row[0]: dict(zip(header[1:], row[1:], strict=True)) for row in rows
+               if len(row) == len(header)}
+    for package in MAY_IMPORT:
+        printed = {other for other, count in by_room[package].items() if count.isdigit()}
+        found = {top for path in modules(package).values() for name in imports(path)
+                 if (top := name.split('.')[0]) in by_room and top != package}
+        assert printed == found

@@ -1,5 +1,5 @@
 """
-Files that are whole or absent: written aside, then moved into place.
+Checkpoints, written as `w2b_core.files` writes.
 
 A checkpoint holds all that a run needs to go on as if it had never stopped: named arrays and the
 state of its random generator, in one .npz file whose members carry checksums.
@@ -8,40 +8,23 @@ state of its random generator, in one .npz file whose members carry checksums.
 from __future__ import annotations
 
 import json
-import os
 import zipfile
 import zlib
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from w2b_core.files import write_atomically as write_atomically
+from w2b_core.files import write_json as write_json
 
 FORMAT = 1
 
 
 class CheckpointError(ValueError):
     """A checkpoint cannot be used; the message says which file, why, and what to do."""
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write `content` to `path` so that a kill at any moment leaves the old file or the new one."""
-    aside = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        with open(aside, 'wb') as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(aside, path)
-    finally:
-        aside.unlink(missing_ok=True)
-
-
-def write_json(path: Path, value: Any) -> None:
-    """Write a JSON file atomically: same value, same bytes."""
-    write_atomically(path, (json.dumps(value, indent=1, sort_keys=True) + '\n').encode())
 
 
 def save(path: Path, arrays: Mapping[str, NDArray[np.generic]],

@@ -20,9 +20,19 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from training.grounding import accuracy, lexicon, refusal, rivals, sentences, tables, wordnet
+from training.grounding import (
+    accuracy,
+    learned_metric,
+    lexicon,
+    refusal,
+    retrofit,
+    rivals,
+    sentences,
+    tables,
+    wordnet,
+)
 from training.grounding.accuracy import Accuracy
-from training.grounding.ear import build_metric, shipped_metric
+from training.grounding.ear import shipped_metric
 from training.grounding.folds import Folds
 from training.grounding.learned_metric import Built
 from training.grounding.lexicon import Lexicon
@@ -57,19 +67,19 @@ def main(args: argparse.Namespace) -> int:
                              f'{min(args.words)}, {args.splits} and {args.evolved}')
         vocabulary = Vocabulary.load(args.vocabulary)
         words = lexicon.load(args.lexicon).within(learning.spelt(vocabulary))
-        built, seen = metric_for(vocabulary, words, args.wordnet)
+        built, seen, net = metric_for(vocabulary, words, args.wordnet)
         judged = judge(words, vocabulary, built, args.words, args.splits)
         judged['metric'] = {**built.how, 'seen_words': seen}
+        judged['ceiling'] = {} if net is None else {retrofit.TITLE: retrofit.measure(
+            words, vocabulary, built.metric, net, args.words, args.splits)}
+        keep(args.out, judged, words, vocabulary, built)
         if args.evolved:
             from training.grounding import evolved
 
             judged['rivals'].update(evolved.measure(
-                words, vocabulary, count=max(args.words), generations=args.evolved,
+                words, vocabulary, count=min(args.words), generations=args.evolved,
                 seeds=args.evolved_seeds, say=lambda text: print(text, file=sys.stderr)))
-        if args.out is not None:
-            from training.grounding import figures
-
-            figures.write(args.out, judged, words, vocabulary, built.metric)
+            keep(args.out, judged, words, vocabulary, built)
     except (ValueError, OSError) as error:
         print(f'grounding: {" ".join(str(error).split())}', file=sys.stderr)
         return 2
@@ -78,6 +88,15 @@ def main(args: argparse.Namespace) -> int:
     else:
         print(tables.text(judged))
     return 0
+
+
+def keep(folder: Path | None, judged: dict[str, Any], words: Lexicon, vocabulary: Vocabulary,
+         built: Built) -> None:
+    """Write what was measured so far, and the figures, into a folder, if one was given."""
+    if folder is not None:
+        from training.grounding import figures
+
+        figures.write(folder, judged, words, vocabulary, built.metric)
 
 
 def judge(words: Lexicon, vocabulary: Vocabulary, built: Built, counts: Sequence[int],
@@ -91,17 +110,20 @@ def judge(words: Lexicon, vocabulary: Vocabulary, built: Built, counts: Sequence
            for count in counts}
     left_out = accuracy.of_left_out_families(words, points)
     folds = Folds(words, vocabulary, built.metric)
-    gate = asdict(refusal.measure(folds))
     phrases = sentences.measure(folds)
-    moving = gate.pop('common_words_that_move')
+    every = asdict(refusal.measure(folds))
+    # Bounds are over the scored behaviours; what a lexicon adds to them is told beside.
+    gate = every if words.behaviours == words.scored else asdict(
+        refusal.measure(Folds(words.only_scored(), vocabulary, built.metric)))
+    moving = gate['common_words_that_move']
     return {
         'lexicon': {behaviour: {'families': len(words.of(behaviour)),
                                 'words': sum(map(len, words.of(behaviour).values()))}
                     for behaviour in words.behaviours},
-        'splits': splits,
+        'scored': list(words.scored), 'splits': splits,
         'accuracy': {**{count: _json(found) for count, found in few.items()},
                      LEFT_OUT: _json(left_out)},
-        'refusal': gate,
+        'refusal': gate, 'refusal_all_behaviours': every,
         'phrases': {**_phrases(phrases.shares),
                     'one_family_left_out': _phrases(phrases.one_left_out),
                     'all_families_left_out': _phrases(phrases.all_left_out),
@@ -113,10 +135,11 @@ def judge(words: Lexicon, vocabulary: Vocabulary, built: Built, counts: Sequence
         'rivals': rivals.measure(words, vocabulary, built.metric, counts, splits, few)}
 
 
-def metric_for(vocabulary: Vocabulary, words: Lexicon, folder: Path) -> tuple[Built, list[str]]:
-    """Return the metric that a lexicon is judged behind, and the words that it has seen."""
+def metric_for(vocabulary: Vocabulary, words: Lexicon, folder: Path
+               ) -> tuple[Built, list[str], wordnet.WordNet | None]:
+    """Return the metric that a lexicon is judged behind, the words it has seen, and WordNet."""
     try:
-        return build_metric(vocabulary, words, folder), []
+        net = wordnet.WordNet(folder)
     except wordnet.WordNetError as error:
         shipped = shipped_metric(vocabulary)
         if shipped is None:
@@ -126,7 +149,8 @@ def metric_for(vocabulary: Vocabulary, words: Lexicon, folder: Path) -> tuple[Bu
         seen = [word for word in (*words.words, *words.near_miss) if stem(word) not in unseen]
         print(f'grounding: {error}. The metric that ships serves; it has seen the relations of '
               f'{len(seen)} of the judged words', file=sys.stderr)
-        return shipped, seen
+        return shipped, seen, None
+    return learned_metric.build(vocabulary, net, (*words.words, *words.near_miss)), [], net
 
 
 def _phrases(shares: Mapping[str, float | None]) -> dict[str, float | None]:

@@ -23,6 +23,7 @@ from training.grounding import learned_metric, lexicon, wordnet
 from training.grounding.learned_metric import Built
 from training.grounding.lexicon import Lexicon
 from w2b_core.controller import fields
+from w2b_core.files import write_atomically
 from w2b_core.hearing import Ear, EarError, Understood, learning
 from w2b_core.hearing.learning import Lesson
 from w2b_core.hearing.metric import Metric
@@ -58,9 +59,7 @@ def main(args: argparse.Namespace) -> int:
             keep(built, args.metric_folder)
         ear = train(words, vocabulary, built.metric, args.behaviours, all_words=args.all_words)
         args.out.parent.mkdir(parents=True, exist_ok=True)
-        part = args.out.with_name(args.out.name + '.part')
-        part.write_text(fields.write(ear.to_json()), encoding='utf-8')
-        part.replace(args.out)
+        write_atomically(args.out, fields.write(ear.to_json()).encode())
     except (ValueError, OSError) as error:
         print(f'ear: {" ".join(str(error).split())}', file=sys.stderr)
         return 2
@@ -134,6 +133,4 @@ def keep(built: Built, folder: Path | None) -> None:
     """Write a metric where `vocabulary.metric` finds it, and how it was built beside it."""
     digest = metrics.write(built.metric.arrays(), folder)
     path = (folder or metrics.user_folder()) / f'{digest}.json'
-    part = path.with_name(path.name + '.part')
-    part.write_text(json.dumps(built.how, indent=1) + '\n', encoding='utf-8')
-    part.replace(path)
+    write_atomically(path, (json.dumps(built.how, indent=1) + '\n').encode())

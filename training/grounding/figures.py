@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from training.grounding.lexicon import Lexicon
+from w2b_core.files import write_atomically
 from w2b_core.hearing import learning
 from w2b_core.hearing.metric import Metric, unit
 from w2b_core.vocabulary import Vocabulary
@@ -28,9 +29,7 @@ def write(folder: Path, judged: Mapping[str, Any], words: Lexicon, vocabulary: V
           metric: Metric) -> None:
     """Write `grounding.json` and the figures into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    part = folder / 'grounding.json.part'
-    part.write_text(json.dumps(judged, indent=1) + '\n', encoding='utf-8')
-    part.replace(folder / 'grounding.json')
+    write_atomically(folder / 'grounding.json', (json.dumps(judged, indent=1) + '\n').encode())
     for name, figure in (('map', _maps(words, vocabulary, metric)),
                          ('confusion', _confusion(judged, words)),
                          ('coverage', _coverage(judged)), ('accuracy', _accuracy(judged))):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +80,14 @@ class Lexicon:
         """Return the words of the held-out families of each behaviour."""
         return {behaviour: [word for family in families for word in self.of(behaviour)[family]]
                 for behaviour, families in self.held_out.items()}
+
+    def only_scored(self) -> Lexicon:
+        """Return the lexicon of the scored behaviours; nothing is claimed about other words."""
+        words = {word: entry for word, entry in self.words.items()
+                 if entry.behaviour in self.scored}
+        others = tuple(word for word in self.words if word not in words)
+        return replace(self, words=words, excluded=(*self.excluded, *others), held_out={
+            name: found for name, found in self.held_out.items() if name in self.scored})
 
     def within(self, known: Collection[str]) -> Lexicon:
         """Return what of the lexicon a vocabulary knows (LexiconError if too little)."""

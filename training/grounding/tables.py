@@ -1,8 +1,15 @@
-"""The benchmark's numbers as Markdown tables."""
+"""
+The benchmark's numbers as Markdown tables: `python -m training.grounding.tables FILE [--short]`.
+
+FILE is the grounding.json that `python -m training grounding --out FOLDER` wrote.
+"""
 
 from __future__ import annotations
 
+import json
+import sys
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 
@@ -10,6 +17,26 @@ def text(judged: Mapping[str, Any]) -> str:
     """Return all tables of what `benchmark.judge` measured."""
     return '\n\n'.join((accuracy(judged), gate(judged), phrases(judged), rivals(judged),
                         wrong(judged)))
+
+
+def short(judged: Mapping[str, Any]) -> str:
+    """Return the README's table: the ear beside a plain classifier and chance."""
+    gate_, left_out = judged['refusal'], judged['accuracy']['leave_one_family_out']
+    rows = [('words of stem families that were never heard', 'right')]
+    for count in (name for name in judged['accuracy'] if name.isdigit()):
+        row, plain = judged['accuracy'][count], judged['rivals']['logistic regression'].get(count)
+        if row is not None and plain is not None:
+            rows.append((f'{count} words a behaviour heard', f'{row["macro"]:.2f} (without the '
+                         f'learned metric {plain["macro"]:.2f}; chance 0.33)'))
+    rows += [('all words but one family heard', f'{left_out["macro"]:.2f} '
+              f'({left_out["low"]:.2f} to {left_out["high"]:.2f})'),
+             ('of 400 common words, move the robot', f'{judged["common_words_that_move"]:.0%}'),
+             ('synonyms refused where 90 % of random words are',
+              f'{gate_["synonyms_refused"]:.0%}'),
+             ('phrases: plain; negated; irrelevant ones refused', '; '.join(
+                 f'{judged["phrases"][name]:.2f}'
+                 for name in ('plain', 'negated', 'irrelevant_refused')))]
+    return table(rows)
 
 
 def accuracy(judged: Mapping[str, Any]) -> str:
@@ -28,16 +55,16 @@ def accuracy(judged: Mapping[str, Any]) -> str:
 
 def gate(judged: Mapping[str, Any]) -> str:
     """Return how well commands are told from other words."""
-    found = judged['refusal']
+    scored, every = judged['refusal'], judged['refusal_all_behaviours']
     names = {'random_auroc': 'AUROC against random words',
              'common_auroc': 'AUROC against common words',
              'near_auroc': 'AUROC against near misses',
              'synonyms_refused': 'synonyms refused where 90 % of random words are',
              'accuracy_of_accepted': 'accuracy of the accepted ones',
-             'common_accepted': 'common words accepted', 'near_accepted': 'near misses accepted'}
-    rows = [('is it a command at all?', 'all words, one family left out'),
-            *((title, share(found[name])) for name, title in names.items()),
-            ('common words that move the robot', share(judged['common_words_that_move']))]
+             'common_accepted': 'common words accepted', 'near_accepted': 'near misses accepted',
+             'common_words_that_move': 'common words that move the robot'}
+    rows = [('is it a command at all?', ', '.join(judged['scored']), 'all behaviours'),
+            *((title, share(scored[name]), share(every[name])) for name, title in names.items())]
     return table(rows)
 
 
@@ -60,7 +87,7 @@ def rivals(judged: Mapping[str, Any]) -> str:
     rows.append(('**learned metric, inflections, logistic regression**',
                  *(f'**{share((judged["accuracy"][count] or {}).get("macro"))}**'
                    for count in counts)))
-    for name, found in judged['rivals'].items():
+    for name, found in {**judged['rivals'], **judged['ceiling']}.items():
         cells = []
         for count in counts:
             row = found.get(count)
@@ -88,3 +115,8 @@ def table(rows: Sequence[tuple[str, ...]]) -> str:
     """Return rows, the first of them headings, as a Markdown table."""
     first, *rest = ('| ' + ' | '.join(row) + ' |' for row in rows)
     return '\n'.join([first, '|' + '---|' * len(rows[0]), *rest])
+
+
+if __name__ == '__main__':
+    read = json.loads(Path(sys.argv[1]).read_text(encoding='utf-8'))
+    print(short(read) if '--short' in sys.argv else text(read))

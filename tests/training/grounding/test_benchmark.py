@@ -34,6 +34,7 @@ def test_the_bounds_hold(judged):
         assert row['low'] <= row['macro'] <= row['high']
         assert np.mean(list(row['per_behaviour'].values())) == pytest.approx(row['macro'])
     gate = found['refusal']
+    assert found['refusal_all_behaviours']['random_auroc'] >= 0.94
     assert gate['random_auroc'] >= 0.94
     assert gate['common_auroc'] >= 0.86
     assert gate['near_auroc'] >= 0.85

@@ -114,3 +114,10 @@ def test_what_a_vocabulary_lacks_is_left_out(shipped):
     assert some.near_miss == ()
     with pytest.raises(LexiconError, match='two or more stem families'):
         shipped.within({'stop', 'go', 'back'})
+
+
+def test_only_scored_claims_nothing_of_other_words(shipped):
+    scored = shipped.only_scored()
+    assert scored.behaviours == scored.scored
+    assert {'sit', 'left'} <= set(scored.excluded)
+    assert not set(scored.words) & set(scored.excluded)

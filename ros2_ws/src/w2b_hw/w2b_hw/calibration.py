@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any
 
 import yaml
 
+from w2b_core.files import write_atomically
 from w2b_core.sensor_frames import shown
 from w2b_hw import plain_yaml
 from w2b_hw.joints import TWIN, JointList
@@ -230,22 +230,7 @@ def save(calibration: Calibration, path: Path) -> None:
                             'servos': [asdict(servo) for servo in calibration.servos]}
     text = yaml.safe_dump({**body, 'checksum': checksum(body)}, sort_keys=False)
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        with aside.open('w', encoding='utf-8') as file:
-            file.write(text)
-            file.flush()
-            # The robot's supply may be cut right after saving.
-            os.fsync(file.fileno())
-        os.replace(aside, path)
-    finally:
-        aside.unlink(missing_ok=True)
-    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        # Else the name may still be that of the old file after a power cut.
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+    write_atomically(path, text.encode())
     if load(path, calibration.joints) != calibration:
         raise CalibrationError(f'{path} does not hold what was written', 'save it elsewhere')
 

@@ -8,8 +8,6 @@ a `ControllerFileError` of one line that names the file, the field, what was exp
 
 from __future__ import annotations
 
-import os
-import tempfile
 from importlib import resources
 from pathlib import Path
 
@@ -22,6 +20,7 @@ from w2b_core.controller.model import (
     TrainedWord,
     vector_sha256,
 )
+from w2b_core.files import write_atomically
 from w2b_core.network import LeakyNetwork
 
 __all__ = ['Controller', 'ControllerFileError', 'Motor', 'TrainedWord',
@@ -123,20 +122,7 @@ def save(controller: Controller, path: str | Path) -> None:
     except UnicodeEncodeError as error:
         raise ControllerFileError(f'{path}: expected Unicode text, got {error}') from None
     try:
-        handle, aside = tempfile.mkstemp(prefix=f'.{path.name}.', dir=path.parent)
-        try:
-            with os.fdopen(handle, 'wb') as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            # mkstemp's files are private; this one is as readable as any new file.
-            umask = os.umask(0)
-            os.umask(umask)
-            Path(aside).chmod(0o666 & ~umask)
-            Path(aside).replace(path)
-        except BaseException:
-            Path(aside).unlink(missing_ok=True)
-            raise
+        write_atomically(path, data)
     except OSError as error:
         raise ControllerFileError(f'{path}: expected to write a controller file there, '
                                   f'got {error.strerror or error}') from None

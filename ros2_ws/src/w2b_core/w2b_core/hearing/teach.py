@@ -13,6 +13,8 @@ from w2b_core.hearing.inflections import inflections
 from w2b_core.hearing.metric import Metric
 from w2b_core.vocabulary import Vocabulary, VocabularyError
 
+#: Words that the rules of sentences answer.
+BY_RULE = english.NEGATIONS | english.FUNCTION_WORDS | english.TURNS
 #: Words whose answers are projected at a time.
 CHUNK_WORDS = 4096
 
@@ -103,7 +105,7 @@ def _changes(before: Ear, after: Ear, vocabulary: Vocabulary, metric: Metric,
              added: list[str]) -> Iterator[Change]:
     for start in range(0, min(len(vocabulary), learning.SEARCHED_WORDS), CHUNK_WORDS):
         words = [word for word in vocabulary.words[start:start + CHUNK_WORDS]
-                 if word not in added]
+                 if word not in added and (word in before.words or word not in BY_RULE)]
         points = learning.project(words, vocabulary, metric)
         old, new = (_answers(ear, words, points) for ear in (before, after))
         yield from (Change(word, first, second) for word, first, second

@@ -11,9 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import io
-import os
 import re
-import tempfile
 import zipfile
 from collections.abc import Mapping
 from importlib import resources
@@ -23,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.files import write_atomically
 from w2b_core.vocabulary import store
 from w2b_core.vocabulary.errors import VocabularyError, VocabularyFileError
 
@@ -87,16 +86,7 @@ def write(metric: Mapping[str, NDArray[Any]], folder: Path | None = None) -> str
     folder = folder or user_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=folder, prefix='.part-', delete=False) as file:
-            try:
-                file.write(buffer.getvalue())
-                file.flush()
-                os.fsync(file.fileno())
-                os.chmod(file.name, 0o644)
-                os.replace(file.name, folder / f'{digest}.npz')
-            except BaseException:
-                os.unlink(file.name)
-                raise
+        write_atomically(folder / f'{digest}.npz', buffer.getvalue())
     except OSError as error:
         raise VocabularyError(f'{folder}: expected to write a metric there, got '
                               f'{error.strerror or error}; W2B_DATA names another place') from None
