@@ -186,7 +186,8 @@ def test_touch_is_nothing_that_the_robot_measures(tmp_path):
     data = json.loads(controller_file.shipped('physical_twin_serial').read_text())
     rows = data['network']['hidden_weights']
     data['network']['sensors'] = ['touch:front_left_foot']
-    data['network']['hidden_weights'] = [row[:len(rows) + 1] + [0.0] for row in rows]
+    data['network']['hidden_weights'] = [
+        [*row[:len(rows) + 1], 0.0] for row in rows]
     path = tmp_path / 'touch.json'
     path.write_text(json.dumps(data))
     check = preflight.check_controller(str(path), TWIN, True)
