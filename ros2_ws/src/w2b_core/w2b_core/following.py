@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from enum import Enum
 
 from w2b_core.body_status import BodyStatus
+from w2b_core.shell import w2b_command
 
 #: A body publishes its status every 0.2 s; one that was silent for this long counts as gone.
 BODY_SILENT_S = 1.0
 #: States of a body that do not end by themselves: somebody has to arm it or to let it go on.
 SETTLED = frozenset({'PAUSED', 'DISARMED', 'FAULT', 'INACTIVE'})
-NO_BODY = ('no body is there: start one with `ros2 run w2b_sim sim` or `ros2 run w2b_hw hardware`, '
-           'then say the word again')
+NO_BODY = (f'no body is there: start one with `{w2b_command("sim")}` or '
+           f'`{w2b_command("hardware")}`, then say the word again')
 
 
 class Follows(Enum):
