@@ -13,6 +13,7 @@ setup:           ## Make .venv with pinned requirements
 	@scripts/setup
 
 build: setup     ## Build the ROS 2 workspace with colcon
+	@[ -f ros2_ws/install/setup.bash ] || echo 'build: building ros2_ws with colcon (half a minute)'
 	@unset PYTHONPATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH; \
 	    . .venv/bin/activate && export AMENT_PREFIX_PATH="$$VIRTUAL_ENV" && cd ros2_ws && \
 	    colcon --log-level error build --event-handlers console_cohesion- >../.venv/colcon.log 2>&1 \

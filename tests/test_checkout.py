@@ -73,4 +73,37 @@ def test_setup_needs_no_compiler_where_pybullet_has_a_wheel(setup):
     tried = setup(11)
     assert tried.returncode == 1
     assert 'venv is reached' in tried.stderr
+    assert tried.stdout == 'setup: making .venv\n', 'said before it is done'
     assert 'g++' not in tried.stderr
+
+
+@pytest.fixture
+def ros_env(tmp_path):
+    """Return a function that runs scripts/ros_env with some variables, and what it passes on."""
+    for name in ('scripts/ros_env', 'ros2_ws/install/setup.bash', '.venv/bin/activate'):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy(ROOT / 'scripts' / 'ros_env', tmp_path / 'scripts')
+    (tmp_path / 'ros2_ws/install/setup.bash').write_text('')
+    (tmp_path / '.venv/bin/activate').write_text(f'VIRTUAL_ENV={tmp_path}/.venv\n')
+
+    def run(**variables):
+        kept = {name: value for name, value in os.environ.items() if not name.startswith('ROS_')}
+        done = subprocess.run(['bash', tmp_path / 'scripts/ros_env', 'env'], text=True, check=True,
+                              capture_output=True, env={**kept, **variables})
+        return dict(line.split('=', 1) for line in done.stdout.splitlines() if '=' in line)
+    return run
+
+
+def test_what_ros_env_starts_stays_on_this_machine_as_what_make_starts_does(ros_env):
+    found = ros_env(ROS_STATIC_PEERS='robot.local')
+    assert found['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
+    assert 'ROS_STATIC_PEERS' not in found
+    makefile = (ROOT / 'Makefile').read_text()
+    assert 'export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST' in makefile
+
+
+def test_ros_env_reaches_another_machine_when_told_to(ros_env):
+    found = ros_env(ROS_AUTOMATIC_DISCOVERY_RANGE='SUBNET', ROS_STATIC_PEERS='robot.local',
+                    ROS_DOMAIN_ID='42')
+    assert (found['ROS_AUTOMATIC_DISCOVERY_RANGE'], found['ROS_STATIC_PEERS'],
+            found['ROS_DOMAIN_ID']) == ('SUBNET', 'robot.local', '42')

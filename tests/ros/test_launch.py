@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +13,7 @@ pytest.importorskip('launch_ros', reason='launch comes with a standard Jazzy onl
 
 SCRIPT = """
 import sys
+from pathlib import Path
 from launch import LaunchDescription, LaunchService
 from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import PythonLaunchDescriptionSource
@@ -32,7 +34,7 @@ def launch(system, tmp_path):
     script.write_text(SCRIPT)
 
     def run(package, name, *arguments):
-        process = Process(sys.executable, [str(script), package, name, *arguments],
+        process = Process(Path(sys.executable), [str(script), package, name, *arguments],
                           system.environment, tmp_path / 'launch.log')
         process.name, process.may_fail = 'launch', True
         system.processes.append(process)

@@ -8,7 +8,7 @@ import pytest
 from w2b_core.body_status import BodyStatus
 from w2b_core.brain import Brain
 from w2b_core.controller import file as controller_file
-from w2b_core.following import BODY_SILENT_S, Follows
+from w2b_core.following import BODY_SILENT_S, DISCOVERY_S, Follows
 from w2b_core.sensor_frames import SensorFrame
 from w2b_core.status import Level
 from w2b_core.vocabulary import Vocabulary
@@ -84,16 +84,18 @@ def test_a_body_that_has_gone_follows_no_more_whatever_it_said_last(bench):
     bench.brain.hear('forward')
     bench.frames(1)
     bench.accept()
-    bench.now_s += BODY_SILENT_S + 0.1
+    bench.now_s += BODY_SILENT_S + DISCOVERY_S
     assert bench.brain.following(body_there=True).follows is not Follows.YES
     following = bench.brain.following(body_there=False)
     assert following.follows is Follows.NO
-    assert 'w2b sim' in following.reason
+    assert 'no body is there: start one with' in following.reason
 
 
 def test_without_any_body_nothing_follows():
     bench = Bench()
     bench.brain.hear('forward')
+    assert bench.brain.following(body_there=False).follows is Follows.PENDING, 'too early'
+    bench.now_s += DISCOVERY_S
     assert bench.brain.following(body_there=False).follows is Follows.NO
 
 

@@ -12,6 +12,7 @@ import pytest
 from w2b_core.controller.fields import ControllerFileError
 from w2b_core.hearing import Ear, EarError, Refused, Role, Understood, teach
 from w2b_core.hearing.answers import WordHeard
+from w2b_core.hearing.ear import vectors_sha256
 from w2b_core.hearing.sentence import asked, clauses
 from w2b_core.vocabulary import Vocabulary
 
@@ -100,6 +101,14 @@ def test_an_answer_tells_probability_neighbours_and_each_word(ear, vocabulary):
     assert 0.5 < unheard.probability <= 1
     np.testing.assert_array_equal(unheard.command, [1, 0, 0, 0, 0, 0])
     assert ear.behaviours[0] == 'stop'
+
+
+def test_the_literal_stop_needs_no_training(ear, vocabulary):
+    words = {word: kind for word, kind in ear.words.items() if word != 'stop'}
+    other = replace(ear, words=words, vectors_sha256=vectors_sha256(list(words), vocabulary),
+                    judge=replace(ear.judge, threshold=1e6))
+    for text in ('stop', 'go stop', 'banana stop the table window'):
+        assert other.understand(text, vocabulary).behaviour == 'stop'
 
 
 def test_a_list_of_words_is_a_sentence(ear, vocabulary):

@@ -72,16 +72,14 @@ def main(args: argparse.Namespace) -> int:
         judged['metric'] = {**built.how, 'seen_words': seen}
         judged['ceiling'] = {} if net is None else {retrofit.TITLE: retrofit.measure(
             words, vocabulary, built.metric, net, args.words, args.splits)}
+        keep(args.out, judged, words, vocabulary, built)
         if args.evolved:
             from training.grounding import evolved
 
             judged['rivals'].update(evolved.measure(
                 words, vocabulary, count=min(args.words), generations=args.evolved,
                 seeds=args.evolved_seeds, say=lambda text: print(text, file=sys.stderr)))
-        if args.out is not None:
-            from training.grounding import figures
-
-            figures.write(args.out, judged, words, vocabulary, built.metric)
+            keep(args.out, judged, words, vocabulary, built)
     except (ValueError, OSError) as error:
         print(f'grounding: {" ".join(str(error).split())}', file=sys.stderr)
         return 2
@@ -90,6 +88,15 @@ def main(args: argparse.Namespace) -> int:
     else:
         print(tables.text(judged))
     return 0
+
+
+def keep(folder: Path | None, judged: dict[str, Any], words: Lexicon, vocabulary: Vocabulary,
+         built: Built) -> None:
+    """Write what was measured so far, and the figures, into a folder, if one was given."""
+    if folder is not None:
+        from training.grounding import figures
+
+        figures.write(folder, judged, words, vocabulary, built.metric)
 
 
 def judge(words: Lexicon, vocabulary: Vocabulary, built: Built, counts: Sequence[int],

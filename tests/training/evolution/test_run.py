@@ -226,7 +226,7 @@ def test_configuration_round_trip():
 @pytest.mark.parametrize(('change', 'message'), [
     ({'body': 'snake'}, "body: expected one of .*quadruped.*, got 'snake'"),
     ({'world': 'mars'}, "world: expected one of paper, earth, got 'mars'"),
-    ({'engine': 'ode'}, "engine: expected one of batched, pybullet, got 'ode'"),
+    ({'engine': 'ode'}, "engine: expected one of batched, pybullet, mujoco, got 'ode'"),
     ({'generations': 0}, 'generations: expected an integer >= 1, got 0'),
     ({'population': 1.5}, 'population: expected an integer >= 2, got 1.5'),
     ({'seed': -1}, 'seed: expected an integer >= 0, got -1'),

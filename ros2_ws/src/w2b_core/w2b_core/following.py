@@ -13,8 +13,9 @@ from w2b_core.shell import w2b_command
 BODY_SILENT_S = 1.0
 #: States of a body that do not end by themselves: somebody has to arm it or to let it go on.
 SETTLED = frozenset({'PAUSED', 'DISARMED', 'FAULT', 'INACTIVE'})
-NO_BODY = (f'no body is there: start one with `{w2b_command("sim")}` or '
-           f'`{w2b_command("hardware")}`, then say the word again')
+#: A body that runs is discovered within this time after the brain began.
+DISCOVERY_S = 4.0
+NO_BODY = f'no body is there: start one with `{w2b_command("sim")}` or `{w2b_command("hardware")}`'
 
 
 class Follows(Enum):
@@ -52,6 +53,7 @@ class BodyWatch:
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
+        self._began_s = clock()
         self._status: BodyStatus | None = None
         self._taken_at_s = float('-inf')
 
@@ -97,7 +99,8 @@ class BodyWatch:
         status = self.now
         if status is None:
             if not there:
-                return Following(Follows.NO, NO_BODY)
+                young = self._clock() - self._began_s < DISCOVERY_S
+                return Following(Follows.PENDING if young else Follows.NO, NO_BODY)
             if self._status is None:
                 return Following(Follows.PENDING, 'the body has not said yet how it is')
             return Following(Follows.PENDING, 'the body does not say any more how it is')

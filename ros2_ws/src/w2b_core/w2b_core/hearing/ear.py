@@ -197,8 +197,9 @@ class Listener:
         point = self.points([known])[0]
         nearest = self._nearest(known, point)
         familiarity = float(self.ear.judge.familiarity(point))
-        if known in self.ear.words:
-            return WordHeard(known, Role.COMMAND, self.ear.words[known], 1.0, familiarity, nearest,
+        if known in self.ear.words or known == english.STOP:
+            behaviour = self.ear.words.get(known, english.STOP)
+            return WordHeard(known, Role.COMMAND, behaviour, 1.0, familiarity, nearest,
                              by_heart=True)
         if familiarity <= 0 or known in self.ear.near:
             return WordHeard(known, Role.OTHER, '', 0.0, familiarity, nearest)
