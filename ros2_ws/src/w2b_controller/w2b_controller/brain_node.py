@@ -248,6 +248,8 @@ class BrainNode(ManagedNode):
 
     def _tell_news(self) -> None:
         """Answer the last word anew if it ended, or if a body follows it now and did not."""
+        if self._brain is not None:
+            self._brain.end_old_word()
         self._tell_if_stopped()
         answer = None if self._brain is None else self._brain.news(self._body_there())
         if answer is not None:
