@@ -28,6 +28,8 @@ COMMANDS = {
     'assemble': ('training.legs.assemble', 'an ear and legs in, a controller file out'),
     'rest': ('training.robust.rest', 'under how many of all words a controller rests'),
     'ear': ('training.grounding.ear', 'train an ear: a lexicon in, an ear out'),
+    'closed-loop': ('training.grounding.closed_loop',
+                    'what the body does under words, heard in training or not'),
     'judge': ('training.judge.command',
               'what a controller does in an independent engine, under disturbances'),
     'grounding': ('training.grounding.benchmark',

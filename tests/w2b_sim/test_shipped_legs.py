@@ -19,7 +19,7 @@ from w2b_sim.engines.interface import Start
 from w2b_sim.engines.registry import make_simulation
 from w2b_sim.recording import phase_outcome
 from w2b_sim.walking import Phase, walk
-from w2b_sim.worlds import EARTH
+from w2b_sim.worlds import EARTH, PAPER
 
 ROOT = Path(__file__).resolve().parents[2]
 pytest.importorskip('mujoco', reason='MuJoCo is the judge here: requirements/sim.txt')
@@ -81,3 +81,46 @@ def test_a_base_whose_mass_lies_beside_the_middle_is_still_symmetric_and_walks(o
                                  period_s=EARTH.control_period_s))
         assert abs(did.along_m) / did.seconds / body.length_m >= 1.2
         assert abs(np.degrees(did.yaw_rad)) <= 12
+
+
+def quadruped_walk(behaviour, feels=True):
+    controller = controller_file.load(controller_file.shipped('quadruped_legs'))
+    if not feels:
+        network = controller.network
+        touch = [number for number, sense in enumerate(controller.sensors)
+                 if sense.startswith('touch:')]
+        hidden, motor = network.senses.copy(), network.motor_senses.copy()
+        hidden[:, touch] = motor[:, touch] = 0.0
+        controller = replace(controller, network=replace(network, senses=hidden,
+                                                         motor_senses=motor))
+    body = bodies.get('quadruped')
+    command = np.eye(len(controller.behaviours))[controller.behaviours.index(behaviour)]
+    done = []
+    for start in (Start(0.001, 0.01, -0.01, 0.0), Start(0.002, -0.015, 0.005, 0.1)):
+        simulation = make_simulation('mujoco', body, PAPER, start)
+        phases = [Phase(Heard(command=command), 500)]
+        done.append(phase_outcome(walk(simulation, body, controller, phases,
+                                       period_s=PAPER.control_period_s)))
+    return done
+
+
+@pytest.mark.parametrize(('behaviour', 'sign'), [('forward', 1), ('backward', -1)])
+def test_the_quadruped_walks_straight_both_ways_and_needs_its_feet(behaviour, sign):
+    walks = quadruped_walk(behaviour)
+    way = np.median([sign * did.along_m for did in walks])
+    assert way >= 1.2
+    assert max(abs(np.degrees(did.yaw_rad)) for did in walks) <= 15
+    numb = np.median([sign * did.along_m for did in quadruped_walk(behaviour, feels=False)])
+    assert numb < 0.9 * way
+
+
+@pytest.mark.parametrize(('behaviour', 'sign'), [('left', 1), ('right', -1)])
+def test_the_quadruped_turns(behaviour, sign):
+    assert min(np.degrees(sign * did.yaw_rad) for did in quadruped_walk(behaviour)) >= 45
+
+
+def test_the_quadruped_stops_standing_on_its_legs():
+    for did in quadruped_walk('stop'):
+        assert did.drift_m <= 0.05
+        assert did.height_m > 0.75 * did.start_height_m
+        assert did.lowest_up > 0.8

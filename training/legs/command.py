@@ -52,10 +52,11 @@ def main(args: argparse.Namespace) -> int:
         return 1
     report(f'champion: seed {champion.seed}, fitness {champion.report["fitness"]:.3f}')
     for behaviour, figures in champion.report['behaviours'].items():
+        torque = figures['mean_torque_nm']
         print(f'  {behaviour:10s} score {figures["score"]:.2f}  '
               f'{figures["body_lengths_per_s"]:+.2f} body lengths/s  '
               f'{figures["turning_deg_s"]:+.1f} deg/s  '
               f'fastest joint {figures["fastest_joint_hz"]:.1f} Hz  '
-              f'torque {figures["mean_torque_nm"]:.3f} N m')
+              + (f'torque {torque:.3f} N m' if torque is not None else ''))
     print(f'{args.out / "champion.npz"}')
     return 0

@@ -41,13 +41,18 @@ def examine(task: Task, genome: Array, physics_steps: int) -> dict[str, Any]:
             'drift_m': _median(did.drift_m), 'rhythm_hz': _median(did.rhythm_hz),
             'fastest_joint_hz': _median(did.fastest_joint_hz),
             'worst_fastest_joint_hz': float(did.fastest_joint_hz.max()),
-            'at_speed_limit': _median(did.at_speed_limit), 'mean_torque_nm': _median(did.torque_nm),
+            'at_speed_limit': _median(did.at_speed_limit), 'mean_torque_nm': _torque(did.torque_nm),
             'height_m': _median(did.height_m), 'lowest_up': float(did.lowest_up.min())}
     return report
 
 
 def _median(values: Array) -> float:
     return float(np.median(values))
+
+
+def _torque(values: Array) -> float | None:
+    """Return the median; None where the engine cannot say."""
+    return None if np.isnan(values).any() else _median(values)
 
 
 def reason_to_drop(report: dict[str, Any], recipe: Recipe, rule: Drop) -> str | None:

@@ -3,9 +3,12 @@
 import argparse
 import json
 
+import numpy as np
 import pytest
 
-from training.measure import bench
+from training.measure import bench, bench_leaky
+from w2b_core import bodies
+from w2b_sim.worlds import WORLDS
 
 
 def test_the_json_has_every_figure(monkeypatch, capsys):
@@ -37,3 +40,19 @@ def test_a_prototype_that_is_not_one_is_a_one_line_error(tmp_path, capsys, monke
     args = parser.parse_args(['--json', '--body', 'quadruped', '--prototype', str(library)])
     assert bench.main(args) == 2
     assert 'expected a built prototype' in capsys.readouterr().err
+
+
+def test_commanded_networks_and_mujocos_loop_are_raced_on_the_same_evaluations():
+    pytest.importorskip('mujoco', reason='MuJoCo is what is raced: requirements/sim.txt')
+    body = bodies.get('quadruped')
+    tasks = bench_leaky.tasks(body)
+    assert {name: count for name, (count, _task) in tasks.items()} == {
+        'serial': 96, 'leaky': 96, 'mujoco': bench_leaky.MUJOCO_EVALUATIONS}
+    world = WORLDS[body.world]
+    assert tasks['leaky'][1]().frames == world.steps
+    from w2b_sim.engines.mujoco_model import substeps
+
+    states, _sensors = tasks['mujoco'][1]()
+    assert states.shape[:2] == (2, (world.steps - 1) * world.physics_steps * substeps(world))
+    assert np.isfinite(states).all()
+    assert 'times' in bench_leaky.line({'serial': 100.0, 'leaky': 90.0, 'mujoco': 2.0})
