@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros.harness import Process
+from w2b_controller.say import values_of
 
 pytest.importorskip('launch_ros', reason='launch comes with a standard Jazzy only')
 
@@ -90,13 +91,17 @@ def test_a_parameter_file_counts_before_the_defaults_and_an_argument_before_it(s
     file = tmp_path / 'params.yaml'
     file.write_text('/**:\n  ros__parameters:\n    body: minimal\n    real_time_factor: 2.0\n'
                     '    frame_timeout: 0.7\n    controller: physical_twin\n')
-    process = launch('w2b_sim', 'walk.launch.py', f'params_file:={file}', 'body:=physical_twin',
-                     'log_level:=debug')
+    process = launch('w2b_sim', 'walk.launch.py', f'params_file:={file}', 'body:=physical_twin')
     system.wait_for_brain()
-    system.wait(lambda: 'physical_twin in the world earth, paced' in process.log, 'the body')
+    system.wait(lambda: 'physical_twin in the world earth' in process.log, 'the body')
     said = system.say('forward')
     assert said.exit_code == 0, said.log
-    assert '[DEBUG]' in process.log
+
+
+def test_a_log_level_goes_to_the_nodes(system, launch):
+    process = launch('w2b_sim', 'walk.launch.py', 'log_level:=error')
+    system.wait_for_status('brain: frames', 0, 'sensor frames flow')
+    assert '[INFO] [1' not in process.log, 'a line of a node'
 
 
 def test_two_robots_in_namespaces_walk_apart(system, launch):
@@ -115,11 +120,19 @@ def test_two_robots_in_namespaces_walk_apart(system, launch):
     assert 'also publishes' not in other.log
 
 
-def test_the_robot_stands_armed_until_a_word_and_its_word_ends(system, launch):
-    launch('w2b_hw', 'robot.launch.py', 'transport:=emulated', 'auto_arm:=true',
-           'command_timeout:=2.0', 'imu:=none')
-    system.wait_for_status('hardware: safety', 0)
+def test_the_robot_is_disarmed_with_words_that_end(system, launch):
+    launch('w2b_hw', 'robot.launch.py', 'transport:=emulated', 'command_timeout:=2', 'imu:=none')
     system.wait_for_brain()
     said = system.say('forward')
-    assert said.exit_code == 0, said.log
+    assert said.exit_code == 3, said.log
+    assert 'the body physical_twin is DISARMED' in said.log
     system.wait_for_status('brain: command', 0, 'standing: the last word was said 2 s ago')
+
+
+def test_the_robot_is_armed_with_the_first_target_if_asked_to(system, launch):
+    launch('w2b_hw', 'robot.launch.py', 'transport:=emulated', 'auto_arm:=true')
+
+    def armed():
+        status = system.statuses.get('hardware: safety')
+        return status is not None and values_of(status).get('state') in ('ARMING', 'ACTIVE')
+    system.wait(armed, 'arming')

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
@@ -187,3 +188,37 @@ BODIES.add('small_walker', lambda: replace(minimal(), name='small_walker'))
     system.start('sim', body='small_walker')
     system.wait(lambda: joints, 'a frame of the body')
     assert joints[0].name == ['hinge']
+
+
+def test_diagnostics_are_stamped_on_the_clock_of_the_frames(walking):
+    """Of the sim and of a brain that was not told to use simulated time."""
+    arrays = collect(walking, DiagnosticArray, '/diagnostics')
+    walking.pause(False)
+    walking.spin_for_frames(20)
+    walking.pause(True)
+    seen = len(arrays)
+    walking.wait(lambda: {status.name.partition(':')[0] for array in arrays[seen:]
+                          for status in array.status} == {'brain', 'sim'}, 'both')
+    frames_ns = max(walking.positions_m)
+    for array in arrays[seen:]:
+        assert abs(stamp_ns(array.header.stamp) - frames_ns) < 10 * 10**9, array
+
+
+def test_of_two_clocks_both_warn_and_a_clock_in_a_namespace_is_its_own(system):
+    first = ('--ros-args', '-r', '__ns:=/dog1')
+    system.start('sim', *first)
+    second = system.start('sim', '--ros-args', '-r', '__ns:=/dog2')
+    for dog in ('dog1', 'dog2'):
+        status = system.wait_for_status(f'{dog}/sim: clock', 1, 'also publishes on /clock')
+        assert 'start one with -p clock_topic:=clock' in status.message
+    second.stop()
+    system.wait(lambda: system.node.count_publishers('/clock') == 1, 'the end of the second')
+    clocks = collect(system, Clock, '/dog2/clock')
+    odometry = collect(system, Odometry, '/dog2/odom')
+    system.start('sim', '--ros-args', '-r', '__ns:=/dog2', '-p', 'clock_topic:=clock', '-p',
+                 'frame_prefix:=dog2/')
+    system.wait(lambda: clocks and odometry, 'its own clock')
+    assert odometry[0].header.frame_id == 'dog2/odom'
+    system.statuses.clear()
+    for dog in ('dog1', 'dog2'):
+        system.wait_for_status(f'{dog}/sim: clock', 0, 'lockstep')

@@ -126,6 +126,18 @@ def test_a_word_lasts_for_the_timeout_and_is_renewed_by_itself():
     assert '2 s ago' in bench.brain.stopped().message
 
 
+def test_a_word_ends_after_its_time_though_no_frames_come():
+    bench = Bench(command_timeout_s=2.0)
+    bench.brain.hear('forward')
+    bench.now_s += 1.9
+    bench.brain.end_old_word()
+    assert bench.brain.stopped() is None
+    bench.now_s += 0.2
+    bench.brain.end_old_word()
+    assert '2 s ago' in bench.brain.stopped().message
+    assert bench.brain.command_status().message.startswith('standing')
+
+
 def test_targets_name_the_epoch_of_their_word(bench):
     assert mark(bench.frames(1).word_epoch) == 'standing'
     bench.brain.hear('forward')

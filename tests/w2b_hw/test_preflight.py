@@ -1,5 +1,6 @@
 """Preflight: what it finds, and that it only reads."""
 
+import json
 import os
 import subprocess
 import sys
@@ -7,9 +8,12 @@ from dataclasses import replace
 
 import pytest
 
+from w2b_core.controller import file as controller_file
+from w2b_core.shell import w2b_command
 from w2b_hw import calibration, preflight
 from w2b_hw.calibration import Board, Calibration, nominal
 from w2b_hw.emulation.robot import EmulatedRobot
+from w2b_hw.joints import TWIN
 from w2b_hw.power import Power
 from w2b_hw.preflight import Grade
 from w2b_hw.transport import Write
@@ -109,12 +113,12 @@ def test_the_calibration_line_says_once_what_to_do(tmp_path):
     path = tmp_path / 'c.yaml'
     assert str(preflight.check_calibration(path)) == (
         f'FAIL calibration: no calibration file at {path} -> make one with '
-        '`ros2 run w2b_hw calibrate`')
+        f'`{w2b_command("calibrate")}`')
     calibration.save(nominal(), path)
     path.write_text(path.read_text().replace('25000000.0', '26000000.0'))
     check = preflight.check_calibration(path)
     assert 'checksum does not fit' in check.found
-    assert '`ros2 run w2b_hw calibrate --seal`' in check.fix
+    assert f'`{w2b_command("calibrate --seal")}`' in check.fix
     assert 'calibrate' not in check.found
 
 
@@ -166,3 +170,27 @@ def test_an_implausible_servo_is_a_warning(tmp_path):
     check = preflight.check_calibration(path)
     assert check.grade is Grade.WARN
     assert '1200 us/rad' in check.found
+
+
+@pytest.mark.parametrize(('controller', 'imu', 'reason'), [
+    ('physical_twin', True, None), ('physical_twin_serial', False, None),
+    ('physical_twin', False, 'senses imu/data, which the robot does not measure'),
+    ('quadruped', True, 'drives 8 joints of quadruped, the robot is physical_twin'),
+    ('nowhere.json', True, 'no such file')])
+def test_a_controller_whose_senses_or_joints_the_robot_lacks_is_refused(controller, imu, reason):
+    check = preflight.check_controller(controller, TWIN, imu)
+    assert check.grade is (Grade.OK if reason is None else Grade.FAIL)
+    assert reason is None or reason in str(check)
+
+
+def test_touch_is_nothing_that_the_robot_measures(tmp_path):
+    data = json.loads(controller_file.shipped('physical_twin_serial').read_text())
+    rows = data['network']['hidden_weights']
+    data['network']['sensors'] = ['touch:front_left_foot']
+    data['network']['hidden_weights'] = [
+        [*row[:len(rows) + 1], 0.0] for row in rows]
+    path = tmp_path / 'touch.json'
+    path.write_text(json.dumps(data))
+    check = preflight.check_controller(str(path), TWIN, True)
+    assert check.grade is Grade.FAIL
+    assert 'senses contacts' in str(check)

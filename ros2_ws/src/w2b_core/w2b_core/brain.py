@@ -264,11 +264,16 @@ class Brain:
 
     def _end_word(self, gap_ns: int) -> None:
         """Stand if frames were missing so long that much may have happened, or the word is old."""
-        age_s = self._clock() - self._heard_at_s
         if gap_ns > self._frame_timeout_s * 1e9:
             self.stand(f'sensor frames were missing for {gap_ns / 1e9:.1f} s: '
                        'say the word again to go on')
-        elif 0 < self._command_timeout_s < age_s:
+        else:
+            self.end_old_word()
+
+    def end_old_word(self) -> None:
+        """Stand if the word is older than `command_timeout_s`, whether frames come or not."""
+        age_s = self._clock() - self._heard_at_s
+        if self._mind.follows and 0 < self._command_timeout_s < age_s:
             self.stand(f'the last word was said {self._command_timeout_s:g} s ago: '
                        'say it again to go on')
 

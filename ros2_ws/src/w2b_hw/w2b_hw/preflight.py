@@ -1,5 +1,5 @@
 """
-`ros2 run w2b_hw preflight`: is everything there that the robot needs, and what to do if not.
+`w2b preflight`: is everything there that the robot needs, and what to do if not.
 
 It only reads: no servo moves, no chip is written to.
 """
@@ -15,6 +15,8 @@ from enum import Enum
 from importlib import import_module
 from pathlib import Path
 
+from w2b_core.controller import file as controller_file
+from w2b_core.shell import w2b_command
 from w2b_hw import calibration, command_line
 from w2b_hw.calibration import DEFAULT_PATH, HOW_TO_FINISH, CalibrationError
 from w2b_hw.imu import registry
@@ -30,6 +32,9 @@ from w2b_hw.transport import (
     read_register,
 )
 
+#: Topics that the robot publishes with or without an IMU.
+MEASURED = frozenset({'joint_states'})
+NO_IMU = 'none wanted'
 CONFIG = '/boot/firmware/config.txt'
 WANTED_HZ = 400_000
 #: Brain and hardware node need 150 MB; a system under memory pressure misses frames.
@@ -90,7 +95,7 @@ def check_imu(transport: Transport, choice: str) -> Check:
         part = registry.identify(transport, choice)
     except (ImuError, ValueError) as error:
         return Check(Grade.FAIL, 'imu', *str(error).rsplit(': ', 1))
-    return Check(Grade.OK, 'imu', 'none wanted' if part is None else part.name)
+    return Check(Grade.OK, 'imu', NO_IMU if part is None else part.name)
 
 
 def check_calibration(path: Path, allow_uncalibrated: bool = False,
@@ -100,19 +105,37 @@ def check_calibration(path: Path, allow_uncalibrated: bool = False,
         found = calibration.load(path, joints)
     except CalibrationError as error:
         return Check(Grade.FAIL, 'calibration', error.problem,
-                     error.fix or 'ros2 run w2b_hw calibrate')
+                     error.fix or w2b_command('calibrate'))
     if found.problem:
         return Check(Grade.WARN if allow_uncalibrated else Grade.FAIL, 'calibration',
                      f'{path}: {found.problem}', HOW_TO_FINISH)
     doubts = [servo.doubt for servo in found.servos if servo.doubt]
     if doubts:
         return Check(Grade.WARN, 'calibration', f'{path}: {doubts[0]}',
-                     'ros2 run w2b_hw calibrate')
+                     w2b_command('calibrate'))
     if found == calibration.nominal(joints=joints):
         return Check(Grade.WARN, 'calibration', f'{path} holds nominal values only',
                      'calibrate each servo before it carries a leg')
     return Check(Grade.OK, 'calibration', f'{path}, clock {found.board.oscillator_hz / 1e6:.2f} '
                  f'MHz, {len(found.servos)} servos')
+
+
+def check_controller(name: str, joints: JointList, imu: bool) -> Check:
+    """Load the controller that the brain is to run: its joints, and what its senses need."""
+    try:
+        controller = controller_file.load(controller_file.resolve(name))
+    except ValueError as error:
+        return Check(Grade.FAIL, 'controller', str(error), 'give a file, or a name that ships')
+    if set(controller.joints) != set(joints.names):
+        return Check(Grade.FAIL, 'controller', f'{name} drives {len(controller.joints)} joints of '
+                     f'{controller.body}, the robot is {joints.body}',
+                     'choose a controller of this body')
+    lacks = controller.topics - MEASURED - ({'imu/data'} if imu else set())
+    if lacks:
+        return Check(Grade.FAIL, 'controller', f'{name} senses {", ".join(sorted(lacks))}, which '
+                     'the robot does not measure', 'choose one without these senses'
+                     + (', or connect the IMU' if 'imu/data' in lacks else ''))
+    return Check(Grade.OK, 'controller', f'{name}: the robot has what it senses')
 
 
 def check_bus_clock(device: str, adapters: Path) -> Check:
@@ -199,6 +222,8 @@ def main() -> None:
                         help='body that the robot is built as (default: %(default)s)')
     parser.add_argument('--allow-uncalibrated', action='store_true',
                         help='servos that nobody calibrated are a warning, no failure')
+    parser.add_argument('--controller', default=None, metavar='NAME_OR_FILE',
+                        help='also check that the robot has what this controller senses')
     parser.add_argument('--imu', choices=registry.CHOICES, default=registry.AUTO)
     arguments = parser.parse_args(command_line.own())
     path = arguments.calibration.expanduser()
@@ -218,6 +243,10 @@ def main() -> None:
     checks += [Check(Grade.OK, 'calibration', 'emulated chips need none') if ideal
                else check_calibration(path, arguments.allow_uncalibrated, joints),
                check_power(Power(HWMON)), *check_modules(), check_memory(Path('/proc/meminfo'))]
+    if arguments.controller is not None:
+        imu = any(check.name == 'imu' and check.grade is Grade.OK and check.found != NO_IMU
+                  for check in checks)
+        checks.append(check_controller(arguments.controller, joints, imu))
     for check in checks:
         print(check)
     failed = sum(check.grade is Grade.FAIL for check in checks)
