@@ -60,6 +60,10 @@ class Process:
     def exit_code(self) -> int | None:
         return self._popen.poll()
 
+    @property
+    def pid(self) -> int:
+        return self._popen.pid
+
     def send(self, number: signal.Signals) -> None:
         self._popen.send_signal(number)
 

@@ -12,6 +12,7 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from builtin_interfaces.msg import Time
 from rclpy.qos import QoSProfile
@@ -22,6 +23,7 @@ from trajectory_msgs.msg import JointTrajectory
 from w2b_core.body_status import FRESH_PERIODS, BodyStatus
 from w2b_core.status import Level, Status
 from w2b_hw import calibration, joints, messages
+from w2b_hw.clocks import Clock, SteppedClock, WallClock
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
 from w2b_hw.imu.part import ImuError, Part, Sample
@@ -35,8 +37,10 @@ from w2b_hw.transport import (
     DEFAULT_DEVICE,
     EMULATED,
     FrameBudget,
+    Transport,
     check_name,
     is_emulated,
+    is_simulated,
     open_transport,
 )
 from w2b_hw.watchdog import Systemd
@@ -45,6 +49,9 @@ from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.managed_node import ManagedNode
 from w2b_ros.parameters import Parameter, When, check_frame_id, declare
 from w2b_ros.ros_messages import FRAMES_OUT, TARGETS, to_stamp
+
+if TYPE_CHECKING:
+    from w2b_hw.emulation.process import SimulatedRobot
 
 RATE_HZ = 20.0
 PULSES = QoSProfile(depth=10)
@@ -66,8 +73,12 @@ PARAMETERS = (
     Parameter('auto_arm', False, 'Arm with the first target, once; a fault needs ~/arm again.',
               when=When.ACTIVATE),
     Parameter('transport', DEFAULT_DEVICE,
-              'I2C bus: a device, or emulated, or emulated:SOCKET for chips in another process.',
+              'I2C bus: a device; emulated, or emulated:SOCKET for chips in another process; '
+              'simulated for chips on a simulated body, started with this node.',
               when=When.CONFIGURE, check=check_name),
+    Parameter('real_time_factor', 1.0, 'Of a simulated body: its seconds a second, at most; 0 for '
+              'as fast as the brain answers. Its time waits for the brain.', (0.0, 100.0),
+              when=When.CONFIGURE),
     Parameter('body', joints.BODY, 'Body that the robot is built as: its joints, limits, pose.',
               when=When.CONFIGURE, check=_check_body),
     Parameter('calibration', DEFAULT_CALIBRATION,
@@ -101,6 +112,8 @@ class HardwareNode(ManagedNode):
         self._systemd = Systemd()
         self._bus: FrameBudget | None = None
         self._guard: Guard | None = None
+        self._simulated: SimulatedRobot | None = None
+        self._frame_clock: Clock = WallClock()
         self._robot: Robot | None = None
         self._io: IoThread | None = None
         self._part: Part | None = None
@@ -149,8 +162,8 @@ class HardwareNode(ManagedNode):
     def _configure(self, name: str) -> None:
         check_name(name)
         found = self._calibration(name, joints.named(self._text('body')))
-        self._bus = FrameBudget(open_transport(name, exclusive=True))
-        self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ,
+        self._bus = FrameBudget(self._open(name))
+        self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ, clock=self._frame_clock.now,
                             use_magnetometer=self._flag('use_magnetometer'),
                             watch_posture=self._flag('watch_posture'),
                             allow_uncalibrated=self._flag('allow_uncalibrated'))
@@ -160,13 +173,27 @@ class HardwareNode(ManagedNode):
         self._robot.connect()
         self._part = registry.find(self._bus, self._text('imu'))
         self._robot.attach_imu(self._part)
-        if name != EMULATED:
+        if name != EMULATED and not is_simulated(name):
             # Chips that outlive this process need somebody who does, too.
             self._guard = Guard(name, found.board.address)
 
+    def _open(self, name: str) -> Transport:
+        """Return the bus; with a simulated body behind it, frames run by a stepped clock."""
+        if not is_simulated(name):
+            self._frame_clock = WallClock()
+            return open_transport(name, exclusive=True)
+        from w2b_hw.emulation.process import SimulatedRobot, connect
+
+        self._frame_clock = SteppedClock(float(self.get_parameter('real_time_factor').value))
+        path = name.partition(':')[2]
+        if not path.startswith('/'):
+            self._simulated = SimulatedRobot(name, self._text('body'))
+            path = self._simulated.path
+        return connect(path, self._frame_clock)
+
     def _calibration(self, transport: str, driven: joints.JointList) -> calibration.Calibration:
         path = self._text('calibration')
-        if is_emulated(transport) and path == DEFAULT_CALIBRATION:
+        if (is_emulated(transport) or is_simulated(transport)) and path == DEFAULT_CALIBRATION:
             return calibration.nominal(joints=driven)
         return calibration.load(Path(path).expanduser(), driven)
 
@@ -176,7 +203,8 @@ class HardwareNode(ManagedNode):
         self._gate = TargetGate(period_s=1.0 / RATE_HZ, joints=self._robot.joints.names)
         self._auto_arm = bool(self.get_parameter('auto_arm').value)
         self._io = IoThread(self._robot, period_s=1.0 / RATE_HZ, on_frame=self._on_frame,
-                            on_pose=self._on_pose, sign_of_life=self._sign_of_life)
+                            on_pose=self._on_pose, sign_of_life=self._sign_of_life,
+                            clock=self._frame_clock)
         self._io.start()
         self._systemd.ready()
 
@@ -199,6 +227,9 @@ class HardwareNode(ManagedNode):
         if self._guard is not None:
             self._guard.close()
             self._guard = None
+        if self._simulated is not None:
+            self._simulated.close()
+            self._simulated = None
 
     def close(self) -> None:
         """Turn everything off before the process ends."""
@@ -208,12 +239,12 @@ class HardwareNode(ManagedNode):
     # -- called in the I/O thread
 
     def _on_frame(self, report: Report) -> None:
-        self._frames.append((self.get_clock().now().nanoseconds, report))
+        self._frames.append((self._frame_clock.stamp_ns(), report))
         self._news.trigger()
 
     def _on_pose(self, report: Report) -> None:
         if self._pulses.get_subscription_count():
-            self._poses.append((self.get_clock().now().nanoseconds, report))
+            self._poses.append((self._frame_clock.stamp_ns(), report))
             self._news.trigger()
 
     def _sign_of_life(self, driven: bool) -> None:
@@ -268,7 +299,7 @@ class HardwareNode(ManagedNode):
         if self._io is None:
             return
         try:
-            target = self._gate.take(message, self.get_clock().now().nanoseconds, self._epoch())
+            target = self._gate.take(message, self._frame_clock.stamp_ns(), self._epoch())
         except TargetRefusedError as error:
             self._refuse(str(error))
             return
@@ -293,7 +324,7 @@ class HardwareNode(ManagedNode):
             return 'the node is not active'
         if self._guard is not None and not self._guard.alive():
             return 'the guard process ended: start this node again'
-        now_ns = self.get_clock().now().nanoseconds
+        now_ns = self._frame_clock.stamp_ns()
         refusal = self._io.ask(self._robot.arm)
         if refusal is None:
             self._gate.armed(now_ns)

@@ -11,9 +11,12 @@ import time
 from collections import deque
 from collections.abc import Callable
 
+from w2b_hw.clocks import Answer, Clock, WallClock
 from w2b_hw.robot import Report, Robot
 from w2b_hw.safety import DRIVEN, Pose
 
+#: Frames without an answer after which none is expected any more.
+SILENT_FRAMES = 4
 #: How long a service waits for the thread's answer; two frames.
 ANSWER_WITHIN_S = 0.1
 
@@ -33,13 +36,19 @@ class IoThread:
         thread, so they must be short.
     sign_of_life
         Called in every frame with whether servos are driven: watchdogs.
+    clock
+        What frames run by; None for the machine's.
 
     """
 
     def __init__(self, robot: Robot, *, period_s: float, on_frame: Callable[[Report], None],
                  on_pose: Callable[[Report], None],
-                 sign_of_life: Callable[[bool], None] = lambda driven: None) -> None:
+                 sign_of_life: Callable[[bool], None] = lambda driven: None,
+                 clock: Clock | None = None) -> None:
         self._robot = robot
+        self._clock = clock or WallClock()
+        #: Frames since the last target.
+        self._unanswered = SILENT_FRAMES
         self._period_s = period_s
         self._on_frame = on_frame
         self._on_pose = on_pose
@@ -104,34 +113,43 @@ class IoThread:
             self._turn_off()
 
     def _loop(self) -> None:
-        due_s = time.monotonic()
+        clock = self._clock
+        due_s = clock.now()
         while True:
-            now_s = time.monotonic()
+            now_s = clock.now()
             if now_s >= due_s:
                 self.lateness_s.append(now_s - due_s)
                 report = self._robot.frame(now_s)
+                self._unanswered += 1
                 self._sign_of_life(report.state in DRIVEN)
                 self._on_frame(report)
                 # Frames that were missed are not made up for.
-                due_s = max(due_s + self._period_s, time.monotonic())
+                due_s = max(due_s + self._period_s, clock.now())
             with self._wake:
                 if not self._stopping and self._target is None and not self._requests:
                     # Command loss does not wait for the next frame.
                     wake_s = min(due_s, self._robot.safety.due_s())
-                    self._wake.wait(max(0.0, wake_s - time.monotonic()))
+                    clock.wait_until(self._wake, wake_s, self._answer())
                 stopping, target, self._target = self._stopping, self._target, None
                 requests = list(self._requests)
                 self._requests.clear()
             if stopping:
                 return
-            now_s = time.monotonic()
+            now_s = clock.now()
             if target is not None:
+                self._unanswered = 0
                 pose, word_epoch = target
                 self._robot.safety.take_target(pose, now_s, word_epoch)
             if target is not None or self._robot.safety.due_s() <= now_s < due_s:
                 self._on_pose(self._robot.drive(now_s))
             for request in requests:
-                request(time.monotonic())
+                request(clock.now())
+
+    def _answer(self) -> Answer:
+        """Return what is known of the answer to the last frame."""
+        if self._unanswered == 0:
+            return Answer.CAME
+        return Answer.AWAITED if self._unanswered <= SILENT_FRAMES else Answer.NONE
 
     def _turn_off(self) -> None:
         """Whatever ended the thread: off, tried until it works or the guard has to."""

@@ -312,7 +312,7 @@ class Robot:
         self._imu_failures += 1
         self._report = replace(self._report, sample=None, orientation=None, imu_error=message)
         if self._imu_failures == FAULT_AFTER_FRAMES:
-            self.safety.park(f'the IMU failed in {FAULT_AFTER_FRAMES} frames: {message}', now_s)
+            self.safety.stand(f'the IMU failed in {FAULT_AFTER_FRAMES} frames: {message}', now_s)
 
 
 def limits_of(calibration: Calibration) -> Limits:

@@ -61,6 +61,9 @@ class Limits:
         off.
     park_at_most_s
         After which parking ends even if the pose was not reached.
+    stand_slew_rad_s, stand_s
+        Of a robot that lost its sense of balance in mid-walk: how fast it parks, and how long it
+        then stands before it relaxes.
     energise_every_s
         Time between one servo and the next.
     stall_after_s
@@ -80,6 +83,8 @@ class Limits:
     park_after_s: float = 0.500
     let_go_after_s: float = 1.0
     park_at_most_s: float = 2.0
+    stand_slew_rad_s: float = 3.0
+    stand_s: float = 1.0
     energise_every_s: float = 0.1
     stall_after_s: float = 0.25
     duty_budget_s: float = 600.0
@@ -133,6 +138,7 @@ class Safety:
         self._energised = 0
         self._energised_at_s = float('-inf')
         self._parking_since_s = 0.0
+        self._standing = False
         self._let_go_at_s: float | None = None
         self._stepped_at_s: float | None = None
         self._unconfirmed = False
@@ -191,8 +197,14 @@ class Safety:
         self._stepped_at_s = now_s
         return None
 
+    def stand(self, reason: str, now_s: float) -> None:
+        """Go to the park pose at once, stand there for a while, then relax."""
+        self.park(reason, now_s)
+        self._standing = self.state is State.PARK
+
     def park(self, reason: str, now_s: float) -> None:
         """Go to the park pose, then relax; nothing happens where the servos are off."""
+        self._standing = False
         if self.state is State.ARMING:
             self._relax(State.DISARMED, reason)
         elif self.state in (State.ACTIVE, State.HOLD) and self._let_go_at_s is None:
@@ -288,10 +300,12 @@ class Safety:
             self._position = _towards(self._position, self._target,
                                       limits.slew_rad_s * elapsed_s)
         elif self.state is State.PARK:
-            self._position = _towards(self._position, limits.park_rad,
-                                      limits.park_slew_rad_s * elapsed_s)
-            if (self._position == limits.park_rad
-                    or now_s - self._parking_since_s >= limits.park_at_most_s):
+            slew = limits.stand_slew_rad_s if self._standing else limits.park_slew_rad_s
+            self._position = _towards(self._position, limits.park_rad, slew * elapsed_s)
+            parked_s = now_s - self._parking_since_s
+            if ((self._position == limits.park_rad
+                 and (not self._standing or parked_s >= limits.stand_s))
+                    or parked_s >= limits.park_at_most_s):
                 self._relax(State.DISARMED, f'{self.reason}; parked and relaxed')
 
     def _count_duty(self, elapsed_s: float) -> None:

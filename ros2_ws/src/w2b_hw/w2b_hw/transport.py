@@ -20,6 +20,8 @@ __all__ = [
 TRANSIENT_ERRNOS = frozenset({errno.EREMOTEIO, errno.EIO, errno.ENXIO, errno.EAGAIN})
 DEFAULT_DEVICE = '/dev/i2c-1'
 EMULATED = 'emulated'
+#: Emulated chips on a simulated body, in a process that the hardware node starts and ends.
+SIMULATED = 'simulated'
 
 # linux/i2c-dev.h; smbus2 does not name these two.
 _I2C_RETRIES = 0x0701
@@ -130,11 +132,17 @@ def is_emulated(name: str) -> bool:
     return name.partition(':')[0] == EMULATED
 
 
+def is_simulated(name: str) -> bool:
+    """Return whether a bus of this name is to be started, with a simulated body."""
+    return name.partition(':')[0] == SIMULATED
+
+
 def check_name(name: str) -> None:
     """Raise a ValueError unless `name` has the form of a bus's name."""
-    if not is_emulated(name) and not name.startswith('/'):
-        raise ValueError(f'transport: expected a device such as {DEFAULT_DEVICE}, {EMULATED} or '
-                         f'{EMULATED}:SOCKET, got {name!r}')
+    if not (is_emulated(name) or is_simulated(name) or name.startswith('/')):
+        raise ValueError(f'transport: expected a device such as {DEFAULT_DEVICE}, {EMULATED}, '
+                         f'{EMULATED}:SOCKET, {SIMULATED}, {SIMULATED}:ENGINE or '
+                         f'{SIMULATED}:/SOCKET, got {name!r}')
 
 
 def open_transport(name: str = DEFAULT_DEVICE, *, exclusive: bool = False) -> Transport:
@@ -153,6 +161,9 @@ def open_transport(name: str = DEFAULT_DEVICE, *, exclusive: bool = False) -> Tr
 
     """
     check_name(name)
+    if is_simulated(name):
+        raise ValueError(f'transport: {name} is only for the hardware node, which starts it; '
+                         'start `emulator SOCKET --body physical_twin` and use emulated:SOCKET')
     if is_emulated(name):
         path = name.partition(':')[2]
         if path:

@@ -6,7 +6,7 @@ import contextlib
 import errno
 import json
 import socket
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from w2b_hw.emulation.pca9685 import Outputs
@@ -17,6 +17,8 @@ class SocketTransport:
     """
     A `Transport` over the Unix socket that `emulator` serves.
 
+    `clock`, if given, is told with each request: what chips in lockstep run by.
+
     Raises
     ------
     OSError
@@ -24,7 +26,9 @@ class SocketTransport:
 
     """
 
-    def __init__(self, path: str, timeout_s: float = 2.0) -> None:
+    def __init__(self, path: str, timeout_s: float = 2.0,
+                 clock: Callable[[], float] | None = None) -> None:
+        self._clock = clock
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._socket.settimeout(timeout_s)
         try:
@@ -51,6 +55,8 @@ class SocketTransport:
 
     def request(self, request: dict[str, Any]) -> dict[str, Any]:
         """Send one request and return its answer."""
+        if self._clock is not None:
+            request = {**request, 'clock': self._clock()}
         self._stream.write(json.dumps(request).encode() + b'\n')
         self._stream.flush()
         line = self._stream.readline()

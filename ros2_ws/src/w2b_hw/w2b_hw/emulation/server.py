@@ -1,88 +1,18 @@
-"""
-Emulated chips in a process of their own, reached through a Unix socket.
-
-A process that drives chips can be killed; the chips go on. So they must not live in it when that
-is what is looked at: `emulator PATH` serves them, `transport:=emulated:PATH` uses them.
-
-One JSON object a line each way. `{"transfer": [["w", address, "hex"], ["r", address, count]]}`
-gives `{"got": ["hex"]}` or `{"errno": 121, "message": "..."}`; `{"outputs": true}` gives what the
-pins did, `{"power_on": true}` is a brown-out, `{"held": true}` holds the bus, and
-`{"acceleration_m_s2": [x, y, z]}` is the specific force that the IMU feels from now on.
-"""
+"""`emulator`: emulated chips in a process of their own, on a simulated body if one is named."""
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import errno
-import json
 import os
-import socket
 import sys
 import threading
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from w2b_hw import command_line
-from w2b_hw.emulation.robot import IMUS, EmulatedRobot
-from w2b_hw.i2c import Message, Read, Write
+from w2b_hw.emulation.chip_server import ChipServer
+from w2b_hw.emulation.robot import IMUS
 
-
-class ChipServer:
-    """Serves one emulated robot to any number of clients, one transfer at a time."""
-
-    def __init__(self, path: str, imu: str = 'lsm6dsox') -> None:
-        self.robot = EmulatedRobot(imu)
-        self._held = False
-        self._lock = threading.Lock()
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        # Whoever sees the socket can connect to it: it gets its name when it listens.
-        aside = f'{path}~'
-        Path(aside).unlink(missing_ok=True)
-        self._socket.bind(aside)
-        os.chmod(aside, 0o600)
-        self._socket.listen()
-        os.replace(aside, path)
-
-    def serve(self) -> None:
-        """Answer clients until the process ends."""
-        while True:
-            client, _ = self._socket.accept()
-            threading.Thread(target=self._serve_client, args=(client,), daemon=True).start()
-
-    def _serve_client(self, client: socket.socket) -> None:
-        # A client that was killed is gone; the chips stay as it left them.
-        with client, contextlib.suppress(ConnectionError), client.makefile('rwb') as stream:
-            for line in stream:
-                with self._lock:
-                    answer = self._answer(json.loads(line))
-                stream.write(json.dumps(answer).encode() + b'\n')
-                stream.flush()
-
-    def _answer(self, request: dict[str, Any]) -> dict[str, Any]:
-        if 'transfer' in request:
-            try:
-                return {'got': [data.hex() for data in self._transfer(request['transfer'])]}
-            except OSError as error:
-                return {'errno': error.errno, 'message': error.strerror}
-        if 'power_on' in request:
-            self.robot.pca9685.power_on()
-        if 'acceleration_m_s2' in request:
-            x, y, z = map(float, request['acceleration_m_s2'])
-            self.robot.motion.acceleration_m_s2 = (x, y, z)
-        if 'held' in request:
-            self._held = bool(request['held'])
-        chip, wire = self.robot.pca9685, self.robot.wire
-        return {'outputs': list(chip.history), 'bits': wire.bits, 'transfers': wire.transfers}
-
-    def _transfer(self, encoded: list[list[Any]]) -> list[bytes]:
-        if self._held:
-            raise OSError(errno.ETIMEDOUT, 'the bus is held')
-        messages: Sequence[Message] = [
-            Write(address, bytes.fromhex(rest)) if kind == 'w' else Read(address, rest)
-            for kind, address, rest in encoded]
-        return self.robot.wire.transfer(messages)
+__all__ = ['ChipServer', 'main']
 
 
 @command_line.command
@@ -91,13 +21,51 @@ def main() -> None:
     parser = argparse.ArgumentParser(description='Serve emulated chips on a Unix socket.')
     parser.add_argument('path', help='path of the socket')
     parser.add_argument('--imu', choices=IMUS, default='lsm6dsox')
+    parser.add_argument('--body', default='', metavar='BODY',
+                        help='a simulated body that the chips sit on: their pulses move it, and '
+                             'it moves their IMU, in real time')
+    parser.add_argument('--engine', default='mujoco', metavar='ENGINE',
+                        help='what moves it (default: %(default)s)')
+    parser.add_argument('--calibration', type=Path, default=None, metavar='FILE',
+                        help='what its servos are like in truth (default: a nominal robot)')
+    parser.add_argument('--lockstep', action='store_true',
+                        help="the body's time is what the hardware node tells it "
+                             '(transport:=simulated:SOCKET)')
+    parser.add_argument('--end-with-stdin', action='store_true',
+                        help='end when standard input does: with the process that started this')
     arguments = parser.parse_args(command_line.own())
-    server = ChipServer(arguments.path, arguments.imu)
+    try:
+        server = _server(arguments)
+    except (ValueError, OSError) as error:
+        print(f'emulator: {" ".join(str(error).split())}', file=sys.stderr)
+        sys.exit(2)
+    if arguments.end_with_stdin:
+        threading.Thread(target=_end_with_stdin, daemon=True).start()
     print(f'emulated chips at {arguments.path}', flush=True)
     try:
         server.serve()
     except KeyboardInterrupt:
         sys.exit(0)
+
+
+def _server(arguments: argparse.Namespace) -> ChipServer:
+    if not arguments.body:
+        return ChipServer(arguments.path, arguments.imu)
+    from w2b_hw import calibration, joints
+    from w2b_hw.emulation.coupled import CoupledServer
+
+    robot = arguments.calibration
+    return CoupledServer(
+        arguments.path, arguments.imu, body=arguments.body, engine=arguments.engine,
+        calibration=None if robot is None else calibration.load(
+            robot, joints.named(arguments.body)),
+        lockstep=arguments.lockstep)
+
+
+def _end_with_stdin() -> None:
+    while os.read(sys.stdin.fileno(), 4096):
+        continue
+    os._exit(0)
 
 
 if __name__ == '__main__':

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from w2b_core.network import Network
 from w2b_core.outcome import Outcome
 from w2b_sim.engines.inertial import Inertial
+from w2b_sim.engines.servo import Driven
 
 Array = NDArray[np.float64]
 
@@ -62,8 +63,13 @@ class Simulation(Protocol):
     def step(self, targets_rad: Array) -> None:
         """Drive the joints towards `targets_rad` (M,) for one control period."""
 
-    def advance(self, targets_rad: Array, physics_steps: int) -> None:
-        """Drive the joints towards `targets_rad` (M,) for so many of the world's physics steps."""
+    def advance(self, targets_rad: Array, physics_steps: int,
+                driven: Driven | None = None) -> None:
+        """
+        Drive the joints towards `targets_rad` (M,) for so many of the world's physics steps.
+
+        Joints that are not `driven` (M,) have servos without pulses: they only resist.
+        """
 
     def close(self) -> None:
         """Release what the engine holds; the simulation cannot be used any more."""

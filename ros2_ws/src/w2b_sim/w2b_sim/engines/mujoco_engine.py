@@ -23,7 +23,7 @@ from w2b_sim.engines import inertial
 from w2b_sim.engines.inertial import BaseMotion
 from w2b_sim.engines.interface import Frame, Start
 from w2b_sim.engines.mujoco_model import moves, substeps, to_mjcf
-from w2b_sim.engines.servo import Servos
+from w2b_sim.engines.servo import Driven, Servos
 from w2b_sim.worlds import World
 
 Array = NDArray[np.float64]
@@ -110,17 +110,19 @@ class MuJoCoSimulation:
         """Drive the joints towards `targets_rad` (M,) for one control period."""
         self.advance(targets_rad, self.world.physics_steps)
 
-    def advance(self, targets_rad: Array, physics_steps: int) -> None:
+    def advance(self, targets_rad: Array, physics_steps: int,
+                driven: Driven | None = None) -> None:
         """Drive the joints towards `targets_rad` (M,) for so many of the world's physics steps."""
         targets = np.asarray(targets_rad, dtype=np.float64)
         model, data, moving = self.model, self.data, self._moving
         torque, limited = np.zeros(int(moving.sum())), np.zeros(len(moving))
         window = min(self._window_steps, physics_steps)
         before = self._motion()
+        model.dof_frictionloss[self._rate] = self._servos.torques_nm(driven)[moving]
         for number in range(physics_steps):
             if number == physics_steps - window:
                 before = self._motion()
-            speeds = self._servos.speeds_rad_s(targets, self._angles())
+            speeds = self._servos.speeds_rad_s(targets, self._angles(), driven)
             limited += self._servos.limited(speeds)
             speeds = speeds[moving]
             for _ in range(self._substeps):

@@ -22,7 +22,7 @@ from w2b_sim.engines import inertial
 from w2b_sim.engines.inertial import BaseMotion
 from w2b_sim.engines.interface import Frame, Start
 from w2b_sim.engines.quiet_pybullet import pybullet
-from w2b_sim.engines.servo import Servos
+from w2b_sim.engines.servo import Driven, Servos
 from w2b_sim.worlds import World
 
 Array = NDArray[np.float64]
@@ -47,7 +47,6 @@ class PyBulletSimulation:
         self._touch_links = tuple(sensor.removeprefix('touch:') for sensor in body.sensors
                                   if sensor.startswith('touch:'))
         self._servos = Servos(body.joints)
-        self._torques = self._servos.max_torque_nm.tolist()
         self._window_steps = max(1, round(inertial.WINDOW_S / world.physics_step_s))
         self.reset(start or Start())
 
@@ -165,11 +164,13 @@ class PyBulletSimulation:
         """Drive the joints towards `targets_rad` (M,) for one control period."""
         self.advance(targets_rad, self.world.physics_steps)
 
-    def advance(self, targets_rad: Array, physics_steps: int) -> None:
+    def advance(self, targets_rad: Array, physics_steps: int,
+                driven: Driven | None = None) -> None:
         """Drive the joints towards `targets_rad` (M,) for so many physics steps."""
         torque, limited = np.zeros(len(self._joints)), np.zeros(len(self._joints))
         window = min(self._window_steps, physics_steps)
         before = self._motion()
+        forces = self._servos.torques_nm(driven).tolist()
         for number in range(physics_steps):
             states = pybullet.getJointStates(self._robot, self._joints, **self._here)
             angles = np.array([state[0] for state in states])
@@ -177,11 +178,11 @@ class PyBulletSimulation:
                 torque += np.abs([state[3] for state in states])
             if number == physics_steps - window:
                 before = self._motion()
-            speeds = self._servos.speeds_rad_s(targets_rad, angles)
+            speeds = self._servos.speeds_rad_s(targets_rad, angles, driven)
             limited += self._servos.limited(speeds)
             pybullet.setJointMotorControlArray(
                 self._robot, self._joints, pybullet.VELOCITY_CONTROL,
-                targetVelocities=speeds, forces=self._torques, **self._here)
+                targetVelocities=speeds, forces=forces, **self._here)
             pybullet.stepSimulation(**self._here)
         states = pybullet.getJointStates(self._robot, self._joints, **self._here)
         torque += np.abs([state[3] for state in states])
