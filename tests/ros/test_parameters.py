@@ -111,6 +111,9 @@ def test_a_start_that_is_no_number_is_refused_while_the_sim_runs(walking):
     ('sim', {'diagnostics_topic': '"a//b"'}, 'diagnostics_topic: expected the name of a topic'),
     ('brain', {'frame_timeout': '.inf'}, 'frame_timeout'),
     ('brain', {'command_timeout': '.nan'}, 'command_timeout'),
+    ('brain', {'controller': 'physical_twin', 'hearing_priority': 'forward, stop'},
+     'expected stop and then'),
+    ('brain', {'controller': 'quadruped', 'hearing_strictness': 1.0}, 'controller with an ear'),
     ('brain', {'body_status_topic': '""'}, 'body_status_topic: expected the name of a topic'),
     ('hardware', {'imu_frame_id': '"/imu"', 'transport': 'emulated'}, 'imu_frame_id: expected')])
 def test_what_makes_no_sense_at_the_start_ends_a_node_with_one_line(system, executable, parameters,

@@ -132,14 +132,23 @@ def test_no_sentence_with_an_unnegated_stop_word_moves(ear, vocabulary):
 
 def test_priority_is_a_parameter(ear, vocabulary):
     assert ear.understand('forward back', vocabulary).behaviour == 'backward'
-    other = replace(ear, priority=('stop', 'forward', 'backward', 'left', 'right', 'sit'))
+    other = ear.tuned(priority=('stop', 'forward', 'backward', 'left', 'right', 'sit'))
     assert other.understand('forward back', vocabulary).behaviour == 'forward'
 
 
 def test_threshold_is_a_parameter(ear, vocabulary):
-    deaf = replace(ear, judge=replace(ear.judge, threshold=1e6))
+    deaf = ear.tuned(100.0)
     assert isinstance(deaf.understand('halt', vocabulary), Refused)
     assert deaf.understand('stop', vocabulary).behaviour == 'stop'
+
+
+@pytest.mark.parametrize('arguments', [
+    (float('nan'),), (0.0, ('stop',)),
+    (0.0, ('forward', 'stop', 'backward', 'left', 'right', 'sit')),
+    (0.0, ('stop', 'stop', 'forward', 'backward', 'left', 'right'))])
+def test_what_an_ear_cannot_be_tuned_to(ear, arguments):
+    with pytest.raises(EarError, match='expected'):
+        ear.tuned(*arguments)
 
 
 def test_sentences_need_no_vectors():

@@ -22,6 +22,7 @@ from w2b_core.brain import Brain, Targets
 from w2b_core.command import Answer
 from w2b_core.controller import file as controller_file
 from w2b_core.controller.file import Controller
+from w2b_core.hearing import Ear, EarError
 from w2b_core.status import Level, Status
 from w2b_core.vocabulary import Vocabulary
 from w2b_ros.diagnostics import DiagnosticsReporter
@@ -46,6 +47,17 @@ def _load_controller(name: str) -> Controller:
     return controller_file.load(controller_file.resolve(name))
 
 
+def _tuned(controller: Controller, strictness: float, priority: str) -> Controller:
+    """Return the controller with its ear as the parameters have it (EarError)."""
+    names = tuple(name.strip() for name in priority.split(',') if name.strip())
+    if not strictness and not names:
+        return controller
+    if not isinstance(controller.ear, Ear):
+        raise EarError('hearing_strictness, hearing_priority: expected a controller with an ear, '
+                       f'got one of {controller.body} that is primed; leave them at 0 and empty')
+    return replace(controller, ear=controller.ear.tuned(strictness, names))
+
+
 PARAMETERS = (
     Parameter('autostart', True, 'Configure and activate without being asked.', when=When.START),
     Parameter('controller', 'quadruped',
@@ -54,6 +66,10 @@ PARAMETERS = (
     Parameter('vocabulary', 'default',
               'default (embedded), name of an installed one, or path of a word2vec file.',
               when=When.CONFIGURE, check=Vocabulary.load),
+    Parameter('hearing_strictness', 0.0, 'Added to the threshold of the ear: how much more like a '
+              'command a word must be that it never heard.', (-20.0, 20.0), when=When.CONFIGURE),
+    Parameter('hearing_priority', '', 'All behaviours with commas between, stop first: of two in '
+              'one clause the earlier wins. Empty: as the ear has it.', when=When.CONFIGURE),
     Parameter('frame_timeout', 0.5, 'Seconds without a sensor frame until they count as lost.',
               (0.05, 60.0)),
     Parameter('command_timeout', 0.0, 'Seconds that a word lasts; then the robot stands until it '
@@ -122,7 +138,8 @@ class BrainNode(ManagedNode):
     def configure(self) -> None:
         """Load controller and vocabulary (ValueError, OSError)."""
         name = self._text('controller')
-        self._controller = _load_controller(name)
+        self._controller = _tuned(_load_controller(name), self._number('hearing_strictness'),
+                                  self._text('hearing_priority'))
         self._vocabulary = Vocabulary.load(self._text('vocabulary'))
         self.get_logger().info(
             f'{self._controller.body}, controller {name}, words from {self._vocabulary.source}')

@@ -88,6 +88,33 @@ class Ear:
 
         return ear_json.from_json(value)
 
+    def tuned(self, strictness: float = 0.0, priority: Sequence[str] = ()) -> Ear:
+        """
+        Return the ear with another threshold or priority.
+
+        Parameters
+        ----------
+        strictness
+            Added to the threshold: how much more a guessed word must be like a command.
+        priority
+            All behaviours, stop first, the others in the order in which they win; by default as
+            it is.
+
+        Raises
+        ------
+        EarError
+            If a number is not finite, or the priority lacks a behaviour or begins with a motion.
+
+        """
+        if not np.isfinite(strictness):
+            raise EarError(f'strictness: expected a finite number, got {strictness!r}')
+        if priority and (sorted(priority) != sorted(self.behaviours)
+                         or priority[0] != english.STOP):
+            raise EarError(f'priority: expected {english.STOP} and then the others of '
+                           f'{", ".join(self.behaviours)}, got {", ".join(priority)[:200]}')
+        judge = replace(self.judge, threshold=self.judge.threshold + strictness)
+        return replace(self, judge=judge, priority=tuple(priority) or self.priority)
+
     def understand(self, text: str | Sequence[str], vocabulary: Vocabulary
                    ) -> Understood | Refused:
         """
