@@ -24,6 +24,9 @@ events = st.one_of(
     st.tuples(st.just('mode1'), st.integers(0, 255)),
     st.tuples(st.just('supply'), st.booleans()),
     st.tuples(st.just('imu'), st.booleans()),
+    st.tuples(st.just('feel'), st.tuples(*[st.floats(-20, 20)] * 3), st.integers(1, 30)),
+    st.tuples(st.just('word'), st.sampled_from(['', 'standing', 'word@', 'word@old.1', 'word@now']),
+              st.integers(1, 8)),
     st.tuples(st.just('stall'), st.floats(0, 1)))
 
 
@@ -58,6 +61,11 @@ def happen(rig, name, *values):
         chips.pca9685.corrupt(0x00, values[0])
     elif name == 'supply':
         rig.supply.write_text(f'{int(values[0])}\n')
+    elif name == 'feel':
+        chips.motion.acceleration_m_s2, frames = values[0], values[1]
+    elif name == 'word':
+        rig.mark = values[0].replace('now', robot.safety.epoch)
+        frames = values[1]
     elif name == 'imu':
         chips.imu_chips[0].frozen = values[0]
     else:

@@ -34,6 +34,8 @@ class HardwareSystem:
         self.hardware = system.start('hardware', transport=f'emulated:{self.socket}',
                                      **parameters)
         self.answering = False
+        #: Said again when a busy machine disarmed the robot: a word of before moves nothing.
+        self.word = ''
         self.frames: list[JointState] = []
         self.imu_raw: list[Imu] = []
         self.imu: list[Imu] = []
@@ -102,6 +104,13 @@ class HardwareSystem:
                 self.spin(0.2)
             return self.state() == 'ACTIVE' and self.all_driven()
         self.system.wait(following, 'state ACTIVE')
+        if self.word:
+            self.say(self.word)
+
+    def say(self, word: str) -> tuple[int, str, dict[str, str]]:
+        """Tell the brain a word, which is the robot's until another one is said."""
+        self.word = word
+        return self.system.tell(word)
 
     def all_driven(self) -> bool:
         """Whether all twelve servos get pulses, asked of the chip."""

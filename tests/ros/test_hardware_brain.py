@@ -43,7 +43,7 @@ def start_brain(system, controller):
 
 
 def test_forward_walks_stop_and_an_unheard_synonym_still(robot, controller):
-    level, message, _ = robot.system.tell('forward')
+    level, message, _ = robot.say('forward')
     assert level == 0, message
     robot.wait_until_following()
     robot.spin(1.0)
@@ -52,9 +52,9 @@ def test_forward_walks_stop_and_an_unheard_synonym_still(robot, controller):
     trained = [word.word for word in controller_file.load(controller).words]
     unheard = next(word for word in SYNONYMS if word not in trained)
     for word in ('stop', unheard):
-        robot.system.tell('forward')
+        robot.say('forward')
         robot.spin(1.0)
-        robot.system.tell(word)
+        robot.say(word)
         # The network swings out: the robot has to come to rest, and soon.
         end_s = time.monotonic() + COMES_TO_REST_S
         while (still := robot.swing_us(1.5)).mean() >= 0.1 * walking.mean():
@@ -70,7 +70,7 @@ def kill_the_brain(robot):
     Returns when all channels went off and the times at which pulses changed before, since the
     kill; or None where the machine was too busy for frames in time, and the times say nothing.
     """
-    robot.system.tell('forward')
+    robot.say('forward')
     robot.wait_until_following()
     killed_s, killed_ns = time.monotonic(), robot.now_ns()
     robot.brain.kill()

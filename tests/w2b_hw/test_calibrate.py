@@ -12,6 +12,7 @@ import time
 
 import pytest
 
+from w2b_core.shell import w2b_command
 from w2b_hw import calibration
 from w2b_hw.calibration import CalibrationError, nominal
 from w2b_hw.calibration_session import Session
@@ -305,7 +306,7 @@ def test_sealing_without_a_file_says_how_to_make_one(tmp_path):
     run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert run.returncode == 1
     assert run.stderr == (f'calibrate: no calibration file at {tmp_path}/c.yaml: make one with '
-                          '`ros2 run w2b_hw calibrate`\n')
+                          f'`{w2b_command("calibrate")}`\n')
 
 
 def test_a_save_that_fails_is_no_save(chips, tmp_path):

@@ -93,7 +93,7 @@ def test_servos_come_in_the_order_of_the_joints():
 
 
 def test_no_file_says_how_to_make_one(tmp_path):
-    with pytest.raises(CalibrationError, match=r'no calibration file at .*ros2 run w2b_hw calib'):
+    with pytest.raises(CalibrationError, match=r'no calibration file at .*w2b calibrate'):
         load(tmp_path / 'none.yaml')
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from w2b_core.controller import file as controller_file
+from w2b_core.shell import w2b_command
 from w2b_hw import calibration, preflight
 from w2b_hw.calibration import Board, Calibration, nominal
 from w2b_hw.emulation.robot import EmulatedRobot
@@ -112,12 +113,12 @@ def test_the_calibration_line_says_once_what_to_do(tmp_path):
     path = tmp_path / 'c.yaml'
     assert str(preflight.check_calibration(path)) == (
         f'FAIL calibration: no calibration file at {path} -> make one with '
-        '`ros2 run w2b_hw calibrate`')
+        f'`{w2b_command("calibrate")}`')
     calibration.save(nominal(), path)
     path.write_text(path.read_text().replace('25000000.0', '26000000.0'))
     check = preflight.check_calibration(path)
     assert 'checksum does not fit' in check.found
-    assert '`ros2 run w2b_hw calibrate --seal`' in check.fix
+    assert f'`{w2b_command("calibrate --seal")}`' in check.fix
     assert 'calibrate' not in check.found
 
 

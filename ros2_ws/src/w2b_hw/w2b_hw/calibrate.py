@@ -1,5 +1,5 @@
 """
-`ros2 run w2b_hw calibrate`: find each servo's zero, range and direction from the keyboard.
+`w2b calibrate`: find each servo's zero, range and direction from the keyboard.
 
 Works in any terminal, over SSH too. It starts and ends with all servos off, drives one servo at a
 time, and saves atomically. No ROS is needed.

@@ -19,6 +19,7 @@ import yaml
 
 from w2b_core.files import write_atomically
 from w2b_core.sensor_frames import shown
+from w2b_core.shell import w2b_command
 from w2b_hw import plain_yaml
 from w2b_hw.joints import TWIN, JointList
 
@@ -33,8 +34,8 @@ NOMINAL_US_PER_RAD = 2000.0 / math.pi
 #: What servos turn by: those of 270 and of 120 degrees are within it, a wrong mark is often not.
 PLAUSIBLE_US_PER_RAD = (400.0, 900.0)
 _ROUNDING_US = 5.0
-HOW_TO_FINISH = 'find zero (z) and mark (m) of each with `ros2 run w2b_hw calibrate`'
-HOW_TO_MAKE = 'make one with `ros2 run w2b_hw calibrate`'
+HOW_TO_FINISH = f'find zero (z) and mark (m) of each with `{w2b_command("calibrate")}`'
+HOW_TO_MAKE = f'make one with `{w2b_command("calibrate")}`'
 
 
 class CalibrationError(ValueError):
@@ -252,7 +253,7 @@ def _parsed(document: Any, joints: JointList) -> Calibration:
     if stated != actual:
         raise CalibrationError('the checksum does not fit, so the file was cut short or edited by '
                                'hand', 'calibrate again, or check every value and seal it with '
-                               '`ros2 run w2b_hw calibrate --seal`')
+                               f'`{w2b_command("calibrate --seal")}`')
     return _built(body, joints)
 
 

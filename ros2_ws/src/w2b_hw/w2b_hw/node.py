@@ -1,4 +1,4 @@
-"""`ros2 run w2b_hw hardware`: the robot's servos and IMU (see hardware_node)."""
+"""`w2b hardware`: the robot's servos and IMU (see hardware_node)."""
 
 from __future__ import annotations
 

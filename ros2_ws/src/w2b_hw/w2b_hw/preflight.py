@@ -1,5 +1,5 @@
 """
-`ros2 run w2b_hw preflight`: is everything there that the robot needs, and what to do if not.
+`w2b preflight`: is everything there that the robot needs, and what to do if not.
 
 It only reads: no servo moves, no chip is written to.
 """
@@ -16,6 +16,7 @@ from importlib import import_module
 from pathlib import Path
 
 from w2b_core.controller import file as controller_file
+from w2b_core.shell import w2b_command
 from w2b_hw import calibration, command_line
 from w2b_hw.calibration import DEFAULT_PATH, HOW_TO_FINISH, CalibrationError
 from w2b_hw.imu import registry
@@ -104,14 +105,14 @@ def check_calibration(path: Path, allow_uncalibrated: bool = False,
         found = calibration.load(path, joints)
     except CalibrationError as error:
         return Check(Grade.FAIL, 'calibration', error.problem,
-                     error.fix or 'ros2 run w2b_hw calibrate')
+                     error.fix or w2b_command('calibrate'))
     if found.problem:
         return Check(Grade.WARN if allow_uncalibrated else Grade.FAIL, 'calibration',
                      f'{path}: {found.problem}', HOW_TO_FINISH)
     doubts = [servo.doubt for servo in found.servos if servo.doubt]
     if doubts:
         return Check(Grade.WARN, 'calibration', f'{path}: {doubts[0]}',
-                     'ros2 run w2b_hw calibrate')
+                     w2b_command('calibrate'))
     if found == calibration.nominal(joints=joints):
         return Check(Grade.WARN, 'calibration', f'{path} holds nominal values only',
                      'calibrate each servo before it carries a leg')

@@ -1,5 +1,5 @@
 """
-`ros2 run w2b_hw relax`: all servos off, now. It needs the bus and nothing else.
+`w2b relax`: all servos off, now. It needs the bus and nothing else.
 
 No ROS, no calibration, no numpy, no driver: what can fail is left out. systemd runs it whenever
 the hardware node ends, however it ended; `python -m w2b_hw.relax` does the same.

@@ -1,4 +1,4 @@
-"""`ros2 run w2b_sim urdf BODY`: the robot description, for viewers and other simulators."""
+"""`w2b urdf BODY`: the robot description, for viewers and other simulators."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ IMU_FRAME = 'imu_link'
 ABOUT = """\
 Print a body's URDF, which robot_state_publisher, RViz and other simulators read:
 
-  ros2 run w2b_sim urdf quadruped > quadruped.urdf
+  w2b urdf quadruped > quadruped.urdf
   ros2 run robot_state_publisher robot_state_publisher quadruped.urdf
 
 The joints' names are those of `joint_states`, its links the frames of `odom` and `imu/data`. Of

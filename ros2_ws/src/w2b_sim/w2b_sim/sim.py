@@ -1,4 +1,4 @@
-"""`ros2 run w2b_sim sim`: a simulated body that sends sensor frames and takes joint targets."""
+"""`w2b sim`: a simulated body that sends sensor frames and takes joint targets."""
 
 from __future__ import annotations
 

