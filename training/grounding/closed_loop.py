@@ -132,9 +132,10 @@ def judged(ear: Ear, vocabulary: Vocabulary, words: Mapping[str, str],
         result[name] = {'words': len(chosen), 'ear': float(np.mean(right)),
                         'refused': float(np.mean([answers[word] == NONE for word in chosen]))}
         for engine, does in engines.items():
+            # A refused word moves nothing, from any start.
             result[name][engine] = float(np.mean([
-                words[word] in seen for word in chosen for seen in does.get(
-                    answers[word], [set()])]))
+                np.mean([words[word] in seen for seen in does.get(answers[word], [set()])])
+                for word in chosen]))
     result['wrong'] = {word: answers[word] for word in words if answers[word] != words[word]}
     return result
 

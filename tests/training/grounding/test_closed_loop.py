@@ -26,12 +26,13 @@ def test_the_twin_does_what_its_ear_understands(capsys):
 
 def test_legs_that_do_nothing_are_wrong_under_moves_and_right_under_stops():
     ear = controller_file.load(controller_file.shipped('physical_twin')).ear
-    lame = {name: [{'stop'}] for name in ear.behaviours}
-    found = judged(ear, Vocabulary.load(), {'forward': 'forward', 'stop': 'stop',
-                                            'march': 'forward', 'halt': 'stop'}, {'lame': lame})
+    lame = {name: [{'stop'}] * 3 for name in ear.behaviours}
+    words = {'forward': 'forward', 'stop': 'stop', 'march': 'forward', 'halt': 'stop',
+             'banana': 'stop', 'suspend': 'stop'}
+    found = judged(ear, Vocabulary.load(), words, {'lame': lame})
     assert found['trained'] == {'words': 2, 'ear': 1.0, 'refused': 0.0, 'lame': 0.5}
-    assert found['never_heard']['lame'] == 0.5
-    assert found['never_heard']['ear'] == 1.0
+    # A word counts once, whether it is refused or moves the body from three starts.
+    assert found['never_heard'] == {'words': 4, 'ear': 0.75, 'refused': 0.25, 'lame': 0.5}
 
 
 @pytest.mark.parametrize(('arguments', 'reason'), [
