@@ -60,6 +60,9 @@ def test_a_body_follows_when_it_accepted_the_first_target_of_the_word(bench):
     bench.accept()
     assert bench.brain.following().follows is Follows.YES
     assert bench.brain.following().reason == ''
+    bench.tell(follows=False)
+    assert bench.brain.following().reason.endswith('its last target is too old')
+    bench.tell(follows=True)
     bench.brain.hear('stop')
     assert bench.brain.following().follows is Follows.PENDING, 'that was the word before'
 

@@ -185,31 +185,52 @@ def in_pybullet(body: Body, world: World, sample: Sample, processes: int = 1) ->
         If PyBullet cannot run the body.
 
     """
-    from training.evolution.progress import counting
-    from w2b_sim.engines.pybullet_evaluator import PyBulletEvaluator
     from w2b_sim.engines.quiet_pybullet import pybullet
 
-    count = len(sample.signals)
-    # Processes take four tasks at a time; a controller is two.
-    step = 1 if processes == 1 else 2 * processes
-    moved, touched = [], []
     try:
-        with (PyBulletEvaluator(body, world, processes) as evaluator,
-              counting(count, f'PyBullet: {sample.kind}') as advance):
-            for first in range(0, count, step):
-                some = slice(first, first + step)
-                outcome = evaluator.evaluate(
-                    Network(sample.network.hidden_weights[some],
-                            sample.network.motor_weights[some],
-                            sample.network.motor_time_constants),
-                    sample.signals[some], [Start(), NUDGE])
-                moved.append(outcome.final_position_m[:, 0, :, :2])
-                touched.append(outcome.touch_fraction[:, :, 0])
-                advance(len(moved[-1]))
+        moved, touch = _stepwise('pybullet', 'PyBullet', body, world, sample, [Start(), NUDGE],
+                                 processes)
     except pybullet.error as error:
         raise ValueError(f'{body.name}: PyBullet cannot run this body: {error}') from None
-    every = np.concatenate(moved)
-    return Reference(every[:, 0], every[:, 1], _touch(np.concatenate(touched)))
+    return Reference(moved[:, 0], moved[:, 1], touch)
+
+
+def in_mujoco(body: Body, world: World, sample: Sample, processes: int = 1
+              ) -> tuple[Array, float | None]:
+    """
+    Return the x-y displacements (N, 2) in MuJoCo, and the touch fraction if any.
+
+    Raises
+    ------
+    ValueError
+        If MuJoCo is missing or makes no model of the body.
+
+    """
+    moved, touch = _stepwise('mujoco', 'MuJoCo', body, world, sample, [Start()], processes)
+    return moved[:, 0], touch
+
+
+def _stepwise(engine: str, title: str, body: Body, world: World, sample: Sample,
+              starts: Sequence[Start], processes: int) -> tuple[Array, float | None]:
+    """Return displacements (N, starts, 2) and the touch fraction from the first start."""
+    from training.evolution.progress import counting
+    from w2b_sim.engines.stepwise_evaluator import StepwiseEvaluator
+
+    count = len(sample.signals)
+    # Processes take four tasks at a time; a controller is one for each start.
+    step = 1 if processes == 1 else 4 // len(starts) * processes
+    moved, touched = [], []
+    with (StepwiseEvaluator(engine, body, world, processes) as evaluator,
+          counting(count, f'{title}: {sample.kind}') as advance):
+        for first in range(0, count, step):
+            some = slice(first, first + step)
+            outcome = evaluator.evaluate(
+                Network(sample.network.hidden_weights[some], sample.network.motor_weights[some],
+                        sample.network.motor_time_constants), sample.signals[some], starts)
+            moved.append(outcome.final_position_m[:, 0, :, :2])
+            touched.append(outcome.touch_fraction[:, :, 0])
+            advance(len(moved[-1]))
+    return np.concatenate(moved), _touch(np.concatenate(touched))
 
 
 def _touch(fraction: Array) -> float | None:

@@ -11,9 +11,9 @@ final x with the recording's, each with the floor's beside it; and the share of 
 feet touch.
 
 The bounds are those of the batched engine in double precision: median error at most twice the
-floor's plus 5 mm, rank correlation at least the floor's less 0.05. PyBullet, whose friction is
-another law, is printed beside it without a bound, for a part of the evaluations: it takes seconds
-for what the batched engine does in milliseconds (--engine pybullet repeats all of them).
+floor's plus 5 mm, rank correlation at least the floor's less 0.05. PyBullet and MuJoCo, whose
+friction is another law, are printed beside it without a bound, for a part of the evaluations: they
+take seconds for what the batched engine does in milliseconds (--engine repeats all of them).
 
 With --body, PyBullet at the world's own physics steps (1 ms in `earth`) is the reference, and the
 floor is PyBullet against itself from a start raised by 1e-6 m. Two samples of --count evaluations
@@ -25,8 +25,8 @@ each, every one a controller under a word:
            one synapse redrawn, as evolution makes them, under their own words in turn.
 
 The row `as trained` is the engine as evolution uses it: single precision and, for the twin, the
-physics steps of its training. PyBullet needs more than a second for an evaluation of the twin: the
-default count takes about eight minutes on one core.
+physics steps of its training; the row `MuJoCo` is the other independent engine. PyBullet needs more
+than a second for an evaluation of the twin: the default count takes about ten minutes on one core.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from w2b_sim.rollout import sensor_values, targets_rad
 from w2b_sim.worlds import PAPER
 
 Array = NDArray[np.float64]
-ENGINES = ('batched', 'pybullet')
+ENGINES = ('batched', 'pybullet', 'mujoco')
 #: As many evaluations of a body are repeated in PyBullet where it is only printed beside.
 BESIDE = 48
 MEDIAN_FACTOR, MEDIAN_ALLOWANCE_M, RANK_ALLOWANCE = 2.0, 0.005, 0.05
@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add('--traces', type=Path, default=None, metavar='FILE.npz',
         help='compare with recorded evaluations of the original simulator')
     add('--engine', choices=ENGINES, default=None,
-        help='only this one (default: batched, and PyBullet beside it)')
+        help='only this one (default: batched, and PyBullet and MuJoCo beside it)')
     add('--json', action='store_true', help='print JSON, of one engine (default: batched)')
     add('--body', default=None, metavar='BODY',
         help='compare with PyBullet on this registered body; the options below need it')
@@ -84,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add('--seed', type=int, default=None, metavar='N',
         help='of random controllers and of mutations (default: 0)')
     add('--processes', type=int, choices=(1, 2), default=None,
-        help='of PyBullet; changes no result (default: 1)')
+        help='of PyBullet and MuJoCo; changes no result (default: 1)')
 
 
 def main(args: argparse.Namespace) -> int:
@@ -107,9 +107,9 @@ def _refuse_contradictions(args: argparse.Namespace) -> None:
     given = [f'--{name}' for name in WITH_BODY if getattr(args, name) is not None]
     if args.traces is not None and given:
         raise ValueError(f'{given[0]} needs --body: recordings say themselves what was evaluated')
-    if args.body is not None and args.engine == 'pybullet':
-        raise ValueError('with --body PyBullet is the reference: expected --engine batched or no '
-                         '--engine, got --engine pybullet')
+    if args.body is not None and args.engine not in (None, 'batched'):
+        raise ValueError('with --body PyBullet is the reference, and MuJoCo is printed beside it: '
+                         f'expected --engine batched or no --engine, got --engine {args.engine}')
 
 
 def _against_pybullet(args: argparse.Namespace) -> int:
@@ -143,6 +143,10 @@ def _against_pybullet(args: argparse.Namespace) -> int:
                 'reference_touch': reference.touch}
             if not args.json:
                 print(_line(how.name, sample.kind, result[sample.kind]), flush=True)
+        if not args.json:
+            moved, touch = against_pybullet.in_mujoco(body, world, sample, args.processes or 1)
+            print(_line('MuJoCo', sample.kind, agreement(
+                reference.moved_m, reference.nudged_m, moved, touch)), flush=True)
     if args.json:
         print(json.dumps({'world': world.name, 'count': count, 'bodies': {body.name: result}}))
     return 0
@@ -158,7 +162,7 @@ def _against_traces(args: argparse.Namespace) -> int:
     print(HEAD)
     for engine in (args.engine,) if args.engine else ENGINES:
         for traces in recorded:
-            if engine == 'pybullet' and args.engine is None:
+            if engine != 'batched' and args.engine is None:
                 traces = sample(traces, BESIDE)
             measured = compare(traces, *replay(engine, traces))
             print(_line(engine, traces.name, measured) + _verdict(engine, measured), flush=True)
@@ -185,8 +189,8 @@ def replay(engine: str, traces: Traces) -> tuple[Array, float | None]:
     touch-sensitive links touch the floor, None for a body without any.
     """
     world = replace(PAPER, steps=traces.position_m.shape[2])
-    if engine == 'pybullet':
-        return _replay_in_pybullet(traces, world.steps)
+    if engine != 'batched':
+        return _replay_stepwise(engine, traces, world.steps)
     from w2b_sim.engines.batched import BatchedEngine
 
     outcome = BatchedEngine(traces.body, world, 'double').evaluate_primed(
@@ -196,14 +200,14 @@ def replay(engine: str, traces: Traces) -> tuple[Array, float | None]:
             float(np.nanmean(touch)) if touch.shape[-1] else None)
 
 
-def _replay_in_pybullet(traces: Traces, steps: int) -> tuple[Array, float | None]:
-    from w2b_sim.engines.pybullet_engine import PyBulletSimulation
+def _replay_stepwise(engine: str, traces: Traces, steps: int) -> tuple[Array, float | None]:
+    from w2b_sim.engines import registry
 
     body, network = traces.body, traces.network
     controllers, words = traces.hidden.shape[:2]
     moved = np.zeros((controllers, words, 2))
     touches: list[bool] = []
-    simulation = PyBulletSimulation(body, PAPER)
+    simulation = registry.make_simulation(engine, body, PAPER)
     try:
         for c, w in np.ndindex(controllers, words):
             simulation.reset()

@@ -56,7 +56,7 @@ def test_the_table_has_a_row_a_sample_and_way_of_running_the_engine(controller, 
     assert 'PyBullet at 1 ms' in lines[0]
     assert [(line[:24].strip(), line[24:36].strip()) for line in lines[2:]] == [
         (sample, engine) for sample in ('random', 'evolved')
-        for engine in ('batched', 'as trained')]
+        for engine in ('batched', 'as trained', 'MuJoCo')]
     assert 'bounds' not in printed.out.lower(), 'an aim, not a bound'
     assert 'PyBullet: evolved' in printed.err, 'its progress'
 

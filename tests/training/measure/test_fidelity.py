@@ -77,12 +77,13 @@ def test_one_evaluation_is_enough_for_errors(few, capsys):
     assert measured['rank_correlation'] is None
 
 
-def test_pybullet_is_printed_beside_it_without_a_bound(few, capsys):
+def test_pybullet_and_mujoco_are_printed_beside_it_without_a_bound(few, capsys):
     assert run(few(controllers=slice(0, 1), words=slice(0, 2))) == 0
     lines = capsys.readouterr().out.splitlines()
     assert 'bounds' in lines[1].lower()
-    assert 'pybullet' in lines[2]
-    assert 'bounds' not in lines[2].lower()
+    for line, engine in zip(lines[2:], ('pybullet', 'mujoco'), strict=True):
+        assert engine in line
+        assert 'bounds' not in line.lower()
 
 
 @pytest.mark.parametrize(('changes', 'message'), [

@@ -112,9 +112,11 @@ class BodyWatch:
         if frames_fault:
             return Following(Follows.NO, frames_fault, status.state)
         accepted_ns = status.accepted_stamp_ns
-        if (status.follows and word_stamp_ns is not None and accepted_ns is not None
-                and accepted_ns >= word_stamp_ns):
+        accepted = (word_stamp_ns is not None and accepted_ns is not None
+                    and accepted_ns >= word_stamp_ns)
+        if accepted and status.follows:
             return Following(Follows.YES, '', status.state)
+        why = 'its last target is too old' if accepted else \
+            'it has accepted no target that follows the word'
         return Following(Follows.PENDING, f'the body {status.body} is {status.state} '
-                         f'({status.reason}) and has accepted no target that follows the word',
-                         status.state)
+                         f'({status.reason}): {why}', status.state)

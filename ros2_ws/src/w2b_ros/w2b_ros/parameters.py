@@ -35,7 +35,7 @@ class When(Enum):
 
 
 _STATES = {When.CONFIGURE: ('unconfigured',), When.ACTIVATE: ('unconfigured', 'inactive')}
-_TODO = {When.CONFIGURE: 'deactivate and cleanup', When.ACTIVATE: 'deactivate'}
+_TODO = {When.CONFIGURE: 'deactivate, then cleanup', When.ACTIVATE: 'deactivate'}
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def _refusal(node: Node, parameter: Parameter, value: Value, state: str) -> str:
     if states is not None and state not in states:
         return (f'{parameter.name}: can be set {parameter.when.value}; the node is {state}: '
                 f'{_TODO[parameter.when]} it first (ros2 lifecycle set '
-                f'{node.get_fully_qualified_name()} {_TODO[parameter.when].split()[0]})')
+                f'{node.get_fully_qualified_name()} deactivate)')
     try:
         _check(node, parameter, value)
     except (ValueError, OSError) as error:
