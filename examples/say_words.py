@@ -13,8 +13,8 @@ from w2b_sim.talk import talk
 
 parser = argparse.ArgumentParser(description=__doc__,
                                  formatter_class=argparse.RawDescriptionHelpFormatter)
-parser.add_argument('words', nargs='*', default=['forward', 'halt', 'backward'])
-parser.add_argument('--controller', default='quadruped', help='a name that ships, or a file')
+parser.add_argument('words', nargs='*', default=['march', 'halt', 'revert'])
+parser.add_argument('--controller', default='physical_twin', help='a name that ships, or a file')
 parser.add_argument('--seconds', type=float, default=10.0, help='for each word (default: 10)')
 parser.add_argument('--out', default='walk.png', help='picture (default: walk.png)')
 options = parser.parse_args()

@@ -47,6 +47,9 @@ class Talk:
         self.told = True
         self.extra: dict[str, float] = {}
         self.stamp_offset_ns = 0
+        #: Period of the frames as their stamps have it, against the real one.
+        self.haste = 1.0
+        self._first_ns = 0
         self._epoch, self._epoch_at_s = '', self.rig.now_s
         self.rig.answer = self._answer
 
@@ -58,7 +61,10 @@ class Talk:
             self.brain.body(BodyStatus(BODY, safety.state.value, safety.reason,
                                        safety.state is State.ACTIVE, safety.epoch, True, None,
                                        rig.now_s - self._epoch_at_s))
-        report, stamp = rig.robot._report, stamp_ns + self.stamp_offset_ns
+        self._first_ns = self._first_ns or stamp_ns
+        report = rig.robot._report
+        stamp = round(self._first_ns + (stamp_ns - self._first_ns) * self.haste) \
+            + self.stamp_offset_ns
         joints = {**dict(zip(JOINTS, report.position_rad, strict=True)), **self.extra}
         targets = self.brain.joint_states(stamp, list(joints), list(joints.values()))
         if self.brain.uses_imu and report.sample is not None:
@@ -67,8 +73,8 @@ class Talk:
         if targets is None:
             return None
         rig.mark = mark(targets.word_epoch)
-        return (list(targets.joints), [list(map(float, targets.position_rad))],
-                targets.stamp_ns - self.stamp_offset_ns)
+        assert targets.stamp_ns == stamp
+        return list(targets.joints), [list(map(float, targets.position_rad))], stamp_ns
 
     def frames(self, seconds: float) -> np.ndarray:
         """Run on; return how far each pulse ranged, in us."""
@@ -218,6 +224,27 @@ def frames_start_over() -> Outcome:
         talk.stands()
         talk.walks()
     return seen
+
+
+def _at_rate(haste: float) -> Callable[[], Outcome]:
+    def run() -> Outcome:
+        with talking() as talk:
+            talk.arm()
+            talk.walks()
+            # From here on the stamps grow at another rate.
+            talk._first_ns = round((talk.rig.now_s - FRAME_S) * 1e9)
+            talk.haste = haste
+            seen = until(talk.rig, lambda: talk.rig.mark == 'standing')
+            assert 'the controller is for 20 Hz' in talk.brain.command_status().message
+            talk.frames(1.0)
+            talk.stands()
+        return seen
+    return run
+
+
+for _name, _haste in (('100 Hz', 0.2), ('4 Hz', 5.0)):
+    scenario(f'frames at {_name} for 20 Hz', 'it stands; a warning with both rates', frames=14,
+             ms=700)(_at_rate(_haste))
 
 
 @scenario('word that nobody renews', 'it stands when its time is over', frames=101, ms=5050)

@@ -35,6 +35,8 @@ DEADLINE_S = 120.0
 #: Executables that are not of w2b_controller.
 PACKAGES = {'sim': 'w2b_sim', 'hardware': 'w2b_hw', 'emulator': 'w2b_hw', 'relax': 'w2b_hw',
             'preflight': 'w2b_hw', 'calibrate': 'w2b_hw'}
+#: Executable -> a parameter and its value, where a test does not say otherwise.
+PRIMED = {'sim': ('body', 'quadruped'), 'brain': ('controller', 'quadruped')}
 EVERYTHING = QoSProfile(depth=5000)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -164,10 +166,14 @@ class System:
         self._environment = {**self._environment, **variables}
 
     def start(self, executable: str, *arguments: str, **parameters: object) -> Process:
-        """Start an installed node with ROS parameters."""
+        """Start an installed node with ROS parameters; None: the node's own default."""
         if executable == 'brain' and 'claim_wait' not in parameters:
             # Where only one brain is started, looking for another need not take long.
             parameters['claim_wait'] = 0.2
+        if executable in PRIMED and not any('params-file' in word for word in arguments):
+            # Most tests are of one body and a controller that walks whatever it hears first.
+            parameters.setdefault(*PRIMED[executable])
+        parameters = {name: value for name, value in parameters.items() if value is not None}
         package = PACKAGES.get(executable, 'w2b_controller')
         path = Path(self._environment['W2B_INSTALL']) / package / 'lib' / package / executable
         ros = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]

@@ -139,7 +139,8 @@ def test_a_damaged_controller_refuses_to_configure_and_a_good_one_then_does(syst
 @pytest.mark.parametrize(('node', 'package'), [('brain', 'w2b_controller'), ('sim', 'w2b_sim')])
 def test_the_parameter_file_holds_every_parameter_with_its_default(system, installed, node,
                                                                    package):
-    system.start(node, **({'claim_wait': 1.0} if node == 'brain' else {}))
+    system.start(node, **({'claim_wait': 1.0, 'controller': None} if node == 'brain'
+                          else {'body': None}))
     names = [name for name in system.call(
         ListParameters, f'{node}/list_parameters', ListParameters.Request()).result.names
         if name != 'use_sim_time' and not name.startswith('start_type_description')]

@@ -201,6 +201,7 @@ DAMAGE: dict[str, tuple[bytes, str]] = {
     'motor a list': (changed('network', 'motors', 0, to=['front_hip', -1, 1, 1]),
                      r'network\.motors\[0\]: expected a JSON object, got a list'),
     'period zero': (changed('period_s', to=0), 'period_s: expected more than 0 .* got 0'),
+    'period absurd': (changed('period_s', to=1e-10), 'period_s: expected more than 0'),
     'period negative': (changed('period_s', to=-0.05), 'period_s: expected more than 0'),
     'words an object': (changed('words', to={}),
                         'words: expected a list of JSON objects, got an object'),

@@ -60,7 +60,7 @@ def _tuned(controller: Controller, strictness: float, priority: str) -> Controll
 
 PARAMETERS = (
     Parameter('autostart', True, 'Configure and activate without being asked.', when=When.START),
-    Parameter('controller', 'quadruped',
+    Parameter('controller', 'physical_twin',
               'Name of a controller that ships, or path of a controller file.',
               when=When.CONFIGURE, check=_load_controller),
     Parameter('vocabulary', 'default',

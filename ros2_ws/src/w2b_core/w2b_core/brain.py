@@ -14,6 +14,7 @@ from w2b_core.body_status import BodyStatus
 from w2b_core.command import Answer, listener_of
 from w2b_core.controller.file import Controller
 from w2b_core.following import BodyWatch, Following, Follows
+from w2b_core.frame_rate import FrameRate
 from w2b_core.frame_stream import FrameStream, Verdict
 from w2b_core.mind import mind_of
 from w2b_core.sensor_frames import FrameAssembler, FrameError, OtherBodyError, SensorFrame
@@ -58,8 +59,8 @@ class Brain:
     The targets that answer a frame are the motor neurons *before* the network hears that frame's
     sensors, as in the original program. Before any command the motors are held at 0 and the robot
     stands; so it does again, until a new word is said, when the body began a new epoch, when frames
-    started over or were missing for `frame_timeout_s` of their own time, and when the word is older
-    than `command_timeout_s`.
+    started over, were missing for `frame_timeout_s` of their own time or come at another rate than
+    the controller's, and when the word is older than `command_timeout_s`.
 
     Parameters
     ----------
@@ -94,6 +95,7 @@ class Brain:
         links = tuple(source for kind, source in map(senses.split, controller.sensors)
                       if kind == 'touch')
         self._assembler = FrameAssembler(self._joints, links, imu=self.uses_imu)
+        self._rate = FrameRate(controller.period_s)
         self._stream = FrameStream(controller.period_s, frame_timeout_s, clock)
         self._counts: Counter[str] = Counter()
         self._problem: Problem | None = None
@@ -255,7 +257,11 @@ class Brain:
         if verdict is Verdict.RESTARTED:
             self._counts['restarts'] += 1
             self.stand('the sensor frames started over')
-        elif last_ns is not None and self._mind.follows:
+        if verdict is Verdict.RESTARTED or lost or last_ns is None:
+            self._rate.restart()
+        else:
+            self._rate.take(frame.stamp_ns - last_ns)
+        if last_ns is not None and self._mind.follows:
             self._end_word(frame.stamp_ns - last_ns if lost else 0)
         self._counts['answered'] += 1
         self._forget_problem()
@@ -267,6 +273,9 @@ class Brain:
         if gap_ns > self._frame_timeout_s * 1e9:
             self.stand(f'sensor frames were missing for {gap_ns / 1e9:.1f} s: '
                        'say the word again to go on')
+        elif self._rate.steady:
+            # The network would run faster or slower than it was evolved for.
+            self.stand(f'{self._rate.fault}: say the word again when they come as they should')
         else:
             self.end_old_word()
 
@@ -307,6 +316,8 @@ class Brain:
         message = 'waiting for the first sensor frame' if last is None else 'sensor frames flow'
         if self._problem is not None:
             level, message = self._problem.level, self._problem.message
+        elif self._rate.fault:
+            level, message = Level.WARN, self._rate.fault
         if self._watch.paused and self._problem is None:
             level, message = Level.OK, 'the body is paused'
         elif self._stream.lost:

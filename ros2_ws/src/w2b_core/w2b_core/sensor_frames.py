@@ -82,7 +82,8 @@ def named_values(topic: str, names: Sequence[str], values: Sequence[float],
     Raises
     ------
     OtherBodyError
-        If at least half of the expected names are missing and others stand in their place.
+        If expected names are missing and others stand in their place; where others are ignored, at
+        least half of them.
     FrameError
         If lengths differ, names repeat, are missing or are too many, or a value is not finite.
 
@@ -94,16 +95,16 @@ def named_values(topic: str, names: Sequence[str], values: Sequence[float],
     counts = Counter(names)
     unexpected = [name for name in counts if name not in wanted]
     missing = [name for name in wanted if name not in counts]
-    if unexpected and missing and len(missing) * 2 >= len(wanted):
+    twice = [name for name, count in counts.items() if count > 1 and name in wanted]
+    if twice:
+        raise FrameError(f'{topic}: expected each name once, got {shown(twice)} more than once')
+    if unexpected and missing and (not ignore_others or len(missing) * 2 >= len(wanted)):
         raise OtherBodyError(f'{topic}: another body? expected {shown(wanted)}, '
                              f'got {shown(counts)}')
     if missing:
         raise FrameError(f'{topic}: {shown(missing)} missing')
     if unexpected and not ignore_others:
         raise FrameError(f'{topic}: unexpected {shown(unexpected)}')
-    twice = [name for name, count in counts.items() if count > 1 and name in wanted]
-    if twice:
-        raise FrameError(f'{topic}: expected each name once, got {shown(twice)} more than once')
     given = {name: float(value) for name, value in zip(names, values, strict=True)
              if name in wanted}
     for name, value in given.items():

@@ -66,7 +66,7 @@ def _check_prefix(value: str) -> None:
 
 
 PARAMETERS = (
-    Parameter('body', 'quadruped', 'Body to simulate.', when=When.START),
+    Parameter('body', 'physical_twin', 'Body to simulate.', when=When.START),
     Parameter('world', '', 'World to simulate it in; empty: the one the body is meant for.',
               when=When.START),
     Parameter('engine', registry.DEFAULT, 'What moves it: pybullet or mujoco.',

@@ -2,7 +2,7 @@
 Say words to a controller and get the walk as arrays, in one call and without ROS.
 
     from w2b_sim.talk import talk
-    walk = talk('quadruped', ['forward', 'halt'], seconds=10)
+    walk = talk('physical_twin', ['march', 'halt'], seconds=10)
     walk.recording.position_m      # (frames, 3), metres
     walk.plot('walk.png')
 """

@@ -120,7 +120,8 @@ class Controller:
     def __post_init__(self) -> None:
         """Check what the types alone do not say."""
         expect(_is_name(self.body), 'body', 'a name of letters, digits and _', self.body)
-        expect(0 < self.period_s <= 10, 'period_s', 'more than 0 and at most 10 s', self.period_s)
+        expect(1e-6 <= self.period_s <= 10, 'period_s',
+               'more than 0 (at least 1e-6) and at most 10 s', self.period_s)
         expect(self.vector_length >= 1, 'network.vector_length', 'at least 1', self.vector_length)
         self._check_sensors()
         self._check_motors()
