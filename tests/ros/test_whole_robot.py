@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from tests.ros.whole_robot import WholeRobot
-from tests.training.judge.prototype import controller as prototype
 from training.judge.command import judge
 from training.judge.conditions import Conditions
 from training.judge.trial import Plan
@@ -22,8 +21,8 @@ STANDING_WITHIN_S = 0.5
 
 @pytest.fixture(scope='module')
 def legs():
-    """Legs with an ear that feel their heading."""
-    return prototype('d4_hs_s11')
+    """The champion that ships: legs with an ear, which feel their heading."""
+    return controller_file.load(controller_file.shipped('physical_twin'))
 
 
 @pytest.fixture

@@ -165,8 +165,8 @@ def test_wrong_zeros_show_at_the_joints():
 
 
 def test_the_command_judges_a_serial_controller_and_prints_json(capsys):
-    assert main(['judge', 'physical_twin', '--engine', 'mujoco', '--starts', '1', '--seconds', '2',
-                 '--json']) == 0
+    assert main(['judge', 'physical_twin_serial', '--engine', 'mujoco', '--starts', '1',
+                 '--seconds', '2', '--json']) == 0
     result = json.loads(capsys.readouterr().out)
     assert set(result['behaviours']) == {'forward', 'backward', 'stop'}
     for row in result['behaviours'].values():
@@ -176,10 +176,10 @@ def test_the_command_judges_a_serial_controller_and_prints_json(capsys):
 
 
 def test_the_table_says_what_json_says(capsys):
-    assert main(['judge', 'physical_twin', '--engine', 'mujoco', '--starts', '1',
+    assert main(['judge', 'physical_twin_serial', '--engine', 'mujoco', '--starts', '1',
                  '--seconds', '1']) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == 'physical_twin: physical_twin in mujoco, 1 starts, 1 s'
+    assert lines[0] == 'physical_twin_serial: physical_twin in mujoco, 1 starts, 1 s'
     assert [line.split()[0] for line in lines[2:]] == ['forward', 'backward', 'stop']
 
 

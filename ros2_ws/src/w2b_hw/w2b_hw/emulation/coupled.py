@@ -12,6 +12,7 @@ The physics engine is imported here and nowhere else in this package.
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable
 from time import monotonic
 from typing import Any
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from w2b_core import bodies
 from w2b_hw.calibration import Calibration, nominal
 from w2b_hw.emulation.chip_server import ChipServer
+from w2b_hw.emulation.lsm6dsox import Lsm6dsox
 from w2b_hw.emulation.motion import Vector
 from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.imu.lsm6dsox_lis3mdl import Lsm6dsoxLis3mdl as Part
@@ -96,6 +98,9 @@ class SimulatedBody:
         #: Simulated seconds so far.
         self.time_s = 0.0
         self._targets = np.zeros(len(self._servos))
+        #: What the IMU felt in the last slices: force, rate of turn.
+        self._felt: deque[tuple[Array, Array]] = deque(maxlen=round(1.0 / SLICE_S))
+        self._feel()
         self._move_imu()
 
     def catch_up(self) -> None:
@@ -117,13 +122,26 @@ class SimulatedBody:
             servo.angle_rad(pulses[servo.channel]) if pulses[servo.channel] else before
             for servo, before in zip(self._servos, self._targets, strict=True)])
         self.simulation.advance(self._targets, self._steps, driven)
+        self._feel()
         self.time_s += self._slice_s
+
+    def _feel(self) -> None:
+        imu = self.simulation.observe().imu
+        self._felt.append((imu.specific_force_m_s2, imu.angular_velocity_rad_s))
+
+    def _samples(self) -> int:
+        """Return how many slices a sample of the part averages, at its output data rate."""
+        for chip in self._chips.imu_chips:
+            if isinstance(chip, Lsm6dsox) and chip.rate_hz:
+                return max(1, min(len(self._felt), round(1.0 / (chip.rate_hz * self._slice_s))))
+        return 1
 
     def _move_imu(self) -> None:
         frame, motion = self.simulation.observe(), self._chips.motion
-        motion.acceleration_m_s2 = self._noisy(frame.imu.specific_force_m_s2, self._sigmas[0])
-        motion.angular_velocity_rad_s = self._noisy(
-            frame.imu.angular_velocity_rad_s + self._bias, self._sigmas[1])
+        last = list(self._felt)[-self._samples():]
+        force, rate = (np.mean(part, axis=0) for part in zip(*last, strict=True))
+        motion.acceleration_m_s2 = self._noisy(force, self._sigmas[0])
+        motion.angular_velocity_rad_s = self._noisy(rate + self._bias, self._sigmas[1])
         motion.field_t = _vector(matrix(frame.orientation_xyzw).T @ _NORTH_AND_DOWN_T)
 
     def _noisy(self, values: Array, sigma: float) -> Vector:

@@ -42,6 +42,11 @@ class Lsm6dsox(RegisterChip):
         self.registers[CTRL9_XL] = 0xE0
         self._sampled = {CTRL1_XL: 0, CTRL2_G: 0}
 
+    @property
+    def rate_hz(self) -> float:
+        """Output data rate of the gyroscope; 0 while it is off."""
+        return RATES_HZ[min(self.registers[CTRL2_G] >> 4, 10)]
+
     def following(self, pointer: int) -> int:
         """IF_INC is on after reset."""
         return super().following(pointer) if self.registers[CTRL3_C] & IF_INC else pointer
