@@ -25,8 +25,8 @@ def test_say_words(tmp_path):
     said = run(tmp_path, 'say_words.py', '--seconds', '1', 'forward', 'halt')
     assert said[0].startswith('forward: ')
     assert said[1].startswith('halt: ')
-    assert 'following' in said[1]
-    assert said[2].startswith('joint angles: 41 frames x 8 joints')
+    assert "following 'stop'" in said[1], 'never heard in training'
+    assert said[2].startswith('joint angles: 41 frames x 12 joints')
     assert (tmp_path / 'walk.png').read_bytes().startswith(b'\x89PNG')
 
 
