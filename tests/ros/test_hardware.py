@@ -234,8 +234,9 @@ def test_deactivating_turns_off_and_activating_starts_disarmed(robot):
     ({'calibration': '/nowhere/c.yaml', 'transport': 'emulated'},
      'no calibration file at /nowhere/c.yaml: make one with'),
     ({}, 'no calibration file at'),
-    ({'transport': 'emulatd'}, 'transport: expected a device such as /dev/i2c-1, emulated or '
-                               "emulated:SOCKET, got 'emulatd'"),
+    ({'transport': 'emulatd'}, 'transport: expected a device such as /dev/i2c-1, emulated, '
+                               'emulated:SOCKET, simulated, simulated:ENGINE or '
+                               "simulated:/SOCKET, got 'emulatd'"),
     ({'transport': 'emulated', 'imu': 'mpu6050'}, 'imu: expected one of auto, none')])
 def test_what_is_missing_is_said_in_one_line_and_the_process_ends(system, parameters, message,
                                                                   tmp_path, monkeypatch):

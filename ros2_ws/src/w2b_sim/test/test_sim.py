@@ -36,7 +36,8 @@ def test_the_first_frame_comes_with_one_stamp_on_all_topics(node):
                         (Imu, 'imu/data'), (Odometry, 'odom')):
         node.create_subscription(kind, topic, lambda message, topic=topic: seen.update(
             {topic: message}), FRAMES_OUT)
-    sim = subprocess.Popen([sys.executable, '-c', RUN, '--ros-args', '-p', 'frame_prefix:=dog1/'])
+    sim = subprocess.Popen([sys.executable, '-c', RUN, '--ros-args', '-p', 'frame_prefix:=dog1/',
+                            '-p', 'body:=quadruped'])
     try:
         end_s = time.monotonic() + DEADLINE_S
         while len(seen) < 4 and time.monotonic() < end_s:
