@@ -23,6 +23,7 @@ from training.grounding import learned_metric, lexicon, wordnet
 from training.grounding.learned_metric import Built
 from training.grounding.lexicon import Lexicon
 from w2b_core.controller import fields
+from w2b_core.courses import DEFAULT_BEHAVIOURS
 from w2b_core.files import write_atomically
 from w2b_core.hearing import Ear, EarError, Understood, learning
 from w2b_core.hearing.learning import Lesson
@@ -30,16 +31,13 @@ from w2b_core.hearing.metric import Metric
 from w2b_core.hearing.metric import load as load_metric
 from w2b_core.vocabulary import Vocabulary, metrics
 
-#: The contract's order of a command.
-BEHAVIOURS = ('stop', 'forward', 'backward', 'left', 'right', 'sit')
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     parser.add_argument('--out', type=Path, required=True, help='file to write the ear to')
     parser.add_argument('--lexicon', type=Path, default=lexicon.SHIPPED, help='YAML or JSON file')
     parser.add_argument('--vocabulary', default='default', help='name or file of the word vectors')
-    parser.add_argument('--behaviours', nargs='+', default=list(BEHAVIOURS), metavar='NAME',
+    parser.add_argument('--behaviours', nargs='+', default=list(DEFAULT_BEHAVIOURS), metavar='NAME',
                         help='of the controller, in the order of its command')
     parser.add_argument('--all-words', action='store_true', help='hear the held-out families too')
     parser.add_argument('--rebuild-metric', action='store_true',
