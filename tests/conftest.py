@@ -1,10 +1,13 @@
 """Fixtures that several packages' tests share."""
 
+import os
 import signal
 from pathlib import Path
 
 import pytest
 
+# As `python -m training` has it, and before numpy is imported.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 # A shell starts background jobs with SIGINT ignored, and children inherit that: without this, the
 # processes under test could not be interrupted when the tests themselves run in the background.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -11,11 +11,16 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 
 from w2b_core.command_process import command
 from w2b_core.registry import PluginError, load_plugins, use_plugin
+
+# Before numpy is imported: its matrices here are so small that threads only wait for one another
+# (the benchmark of the ear takes four times as long with two).
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
 #: Command -> (module, what it does). A command's own --help says more.
 COMMANDS = {
