@@ -10,6 +10,9 @@ import pytest
 from tests.w2b_core.legs_controller import SENSES, controller
 from w2b_core.brain import Brain
 from w2b_core.controller import file as cf
+from w2b_core.courses import Course
+from w2b_core.hearing.heard import Heard
+from w2b_core.mind import mind_of
 from w2b_core.network import LeakyNetwork, leaky
 from w2b_core.senses import Readings, Reference
 from w2b_core.senses import read as read_senses
@@ -127,6 +130,19 @@ def test_a_word_drives_the_network_as_it_is_defined(brain):
     final = frame(brain, 7, headings[-1])
     np.testing.assert_allclose(final.position_rad, brain.controller.targets_rad(state.motors),
                                atol=1e-12)
+
+
+def test_what_holds_a_heading_is_what_the_controller_file_says():
+    """A robot need not know a behaviour of somebody's own: its course is in the file."""
+    plain = controller()
+    courses = tuple(Course() if name == 'forward' else course
+                    for name, course in zip(plain.behaviours, plain.courses, strict=True))
+    minds = [mind_of(plain), mind_of(replace(plain, courses=courses))]
+    for mind in minds:
+        mind.hear(Heard(command=np.eye(6)[1]))
+        for heading in (0.0, 0.4):
+            mind.feel(Readings(heading_rad=heading))
+    assert not np.array_equal(minds[0].motors, minds[1].motors), 'one of them steers back'
 
 
 def test_a_new_word_goes_on_from_the_state_and_takes_a_new_heading(brain):

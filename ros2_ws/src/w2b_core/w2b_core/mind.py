@@ -13,8 +13,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core import courses, senses
+from w2b_core import senses
 from w2b_core.controller.model import Controller
+from w2b_core.courses import Course, held
 from w2b_core.hearing.heard import Heard
 from w2b_core.network import LeakyNetwork, LeakyState, Network, State, leaky, serial
 from w2b_core.senses import Readings, Reference
@@ -47,7 +48,7 @@ def mind_of(controller: Controller) -> Mind:
     """Return the mind of a controller, standing."""
     network = controller.network
     if isinstance(network, LeakyNetwork):
-        return LeakyMind(network, controller.sensors, controller.behaviours, controller.joints)
+        return LeakyMind(network, controller.sensors, controller.courses, controller.joints)
     return SerialMind(network, controller.sensors, controller.joints)
 
 
@@ -91,12 +92,12 @@ class LeakyMind:
     """The legs: a command drives leaky neurons at every step, and its heading is held."""
 
     def __init__(self, network: LeakyNetwork, sensors: tuple[str, ...],
-                 behaviours: tuple[str, ...], joints: tuple[str, ...]) -> None:
+                 course_of_each: tuple[Course, ...], joints: tuple[str, ...]) -> None:
         self._network, self._sensors, self._joints = network, sensors, joints
-        self._behaviours = behaviours
+        self._courses = course_of_each
         self._state: LeakyState | None = None
         self._command: Array | None = None
-        self._drive = network.drive(np.zeros(len(behaviours)))
+        self._drive = network.drive(np.zeros(len(course_of_each)))
         self._reference: Reference | None = None
 
     @property
@@ -130,7 +131,7 @@ class LeakyMind:
         if self._state is None or self._command is None:
             return
         if self._reference is None:
-            hold, direction = courses.holds(self._behaviours, self._command)
+            hold, direction = held(self._courses, self._command)
             self._reference = Reference(readings.heading_rad, float(hold), float(direction))
         values = senses.read(self._sensors, with_motors(readings, self._joints, self.motors),
                              self._reference)
