@@ -7,6 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from w2b_core.controller import file as controller_file
+from w2b_core.hearing import Refused
+from w2b_core.vocabulary import Vocabulary
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / 'README.md', *sorted((ROOT / 'docs').rglob('*.md')), ROOT / 'deploy' / 'README.md']
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
@@ -25,6 +29,26 @@ def test_its_python_runs_and_the_robot_obeys_words_that_it_never_heard(tmp_path)
     assert way_m['revert'] < -0.3
     assert done.stdout.count('never heard in training') == 3
     assert (tmp_path / 'walk.png').stat().st_size > 5_000
+
+
+def test_what_it_says_to_the_robot_is_understood_as_it_says(tmp_path):
+    ear = controller_file.load(controller_file.shipped('physical_twin')).ear
+    vocabulary = Vocabulary.load()
+    said = {text.strip('"'): comment for text, comment in
+            re.findall(r'w2b say (\S+|"[^"]+") +# (.*)', README)}
+    assert set(said) == {'march', 'do not move', 'banana'}
+    assert ear.understand('march', vocabulary).behaviour == 'forward'
+    assert ear.understand('do not move', vocabulary).behaviour == 'stop'
+    assert isinstance(ear.understand('banana', vocabulary), Refused)
+    line, = re.findall(r'w2b teach (.*)', README)
+    arguments = line.replace('mine.json', str(tmp_path / 'mine.json')).split()
+    done = subprocess.run(
+        [sys.executable, '-c', 'from w2b_controller.cli.teach import main; raise SystemExit(main())',
+         *arguments], capture_output=True, text=True, timeout=100, check=False)
+    assert done.returncode == 0, done.stderr
+    taught = controller_file.load(tmp_path / 'mine.json').ear
+    assert taught.understand(arguments[0], vocabulary).behaviour == arguments[1]
+    assert isinstance(ear.understand(arguments[0], vocabulary), Refused), 'it was no command before'
 
 
 def test_it_is_short():
