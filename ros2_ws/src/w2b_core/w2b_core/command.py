@@ -132,11 +132,10 @@ class EarListener(Listener):
             return self._refusal(text, found.reason, **values), None
         known = any(word.text in self._ear.words and word.behaviour == found.behaviour
                     for word in found.words)
-        near = f'; nearest known: {values["nearest"]}' if values['nearest'] else ''
         new = '' if known else ', never heard in training'
         return Answer(
-            Level.OK, f'following {found.behaviour!r} (probability {found.probability:.2f}{new}'
-            f'{near})', self.received, quoted(text), {
+            Level.OK, f'following {found.behaviour!r} (probability {found.probability:.2f}{new})',
+            self.received, quoted(text), {
                 'behaviour': found.behaviour, 'probability': f'{found.probability:.4f}',
                 'trained': 'yes' if known else 'no', **values},
             found.behaviour), Heard(command=found.command)
