@@ -44,7 +44,8 @@ def test_what_it_says_to_the_robot_is_understood_as_it_says(tmp_path):
     arguments = line.replace('mine.json', str(tmp_path / 'mine.json')).split()
     done = subprocess.run(
         [sys.executable, '-c', 'from w2b_controller.cli.teach import main; '
-         'raise SystemExit(main())', *arguments], capture_output=True, text=True, timeout=100, check=False)
+         'raise SystemExit(main())', *arguments], capture_output=True, text=True, timeout=100,
+        check=False)
     assert done.returncode == 0, done.stderr
     taught = controller_file.load(tmp_path / 'mine.json').ear
     assert taught.understand(arguments[0], vocabulary).behaviour == arguments[1]
