@@ -7,7 +7,7 @@ others. `ENGINES.add` registers one more, from a plugin (see `w2b_core.registry`
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -134,14 +134,10 @@ def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'flo
 
 
 def _load(engine: Engine, path: str) -> Callable[..., Any]:
-    module, _colon, attribute = path.partition(':')
-    try:
-        found: Callable[..., Any] = getattr(importlib.import_module(module), attribute)
-        if engine.library:
-            importlib.import_module(engine.library)
-    except ModuleNotFoundError as error:
-        if not engine.library or error.name != engine.library:
-            raise
+    # Looked for, not imported: importing PyBullet prints a line, which `quiet_pybullet` swallows.
+    if engine.library and importlib.util.find_spec(engine.library) is None:
         raise EngineError(f'engine {engine.name}: the module {engine.library} is missing; install '
-                          f'it with `pip install {engine.requirement}`') from error
+                          f'it with `pip install {engine.requirement}`')
+    module, _colon, attribute = path.partition(':')
+    found: Callable[..., Any] = getattr(importlib.import_module(module), attribute)
     return found
