@@ -1,5 +1,5 @@
 # Each target sets up what it needs in .venv, the first time and every time.
-.PHONY: help setup build demo test lint bench faults figures study report clean
+.PHONY: help setup build demo play test lint bench faults figures study report clean
 PYTHON ?= python3
 export PYTHON
 # A domain of its own, on this machine only: nothing here meets another ROS system.
@@ -21,6 +21,10 @@ build: setup     ## Build the ROS 2 workspace with colcon
 
 demo: build      ## Walk the simulated robot by words; writes out/demo/
 	@$(RUN) python -m demo --out out/demo
+
+play: build      ## A robot to talk to in the browser (ROBOT=, ENGINE=, HARDWARE=simulated, PORT=)
+	@$(RUN) w2b play $(if $(ROBOT),--robot $(ROBOT)) $(if $(ENGINE),--engine $(ENGINE)) \
+	    $(if $(HARDWARE),--hardware $(HARDWARE)) $(if $(PORT),--port $(PORT)) $(ARGS)
 
 test: build      ## Run all tests
 	@$(RUN) python -m pytest -q
