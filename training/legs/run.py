@@ -130,7 +130,8 @@ def _write(directory: Path, recipe: Recipe, champion: Champion, seconds: float) 
         'recipe': recipe.name, 'recipe_sha256': recipe.sha256(), 'seed': champion.seed,
         'base_seed': recipe.seed, 'body': bodies.get(recipe.body).name,
         'behaviours': list(recipe.behaviours), 'senses': list(recipe.senses),
-        'examination': champion.report, 'seconds_of_last_call': round(seconds, 1), 'program_version': __version__})
+        'examination': champion.report,
+        'seconds_of_last_call': round(seconds, 1), 'program_version': __version__})
 
 
 class _Workers:

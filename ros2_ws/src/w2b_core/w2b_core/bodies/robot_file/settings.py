@@ -97,12 +97,16 @@ def of_pattern(values: Mapping[str, float], name: str) -> float | None:
     return fitting[-1] if fitting else None
 
 
-def read_settings(path: Path, found: Findings) -> Settings:
-    """Return what a maker's file says (RobotFileError; every wrong field is among `found`)."""
+def read_settings(path: Path, found: Findings, text: str | None = None) -> Settings:
+    """
+    Return what a maker's file says, or `text` that is to be written there.
+
+    RobotFileError if it is not in order; every wrong field is among `found`.
+    """
     try:
-        if path.stat().st_size > MAX_BYTES:
+        if text is None and path.stat().st_size > MAX_BYTES:
             raise found.refuse('', f'more than {MAX_BYTES:,} bytes', 'give a YAML of a few lines')
-        document = plain_yaml.load(path.read_text(encoding='utf-8'))
+        document = plain_yaml.load(path.read_text(encoding='utf-8') if text is None else text)
     except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
         reason = (isinstance(error, OSError) and error.strerror) or ' '.join(str(error).split())
         raise found.refuse('', f'expected a YAML file, got nothing readable ({reason[:200]})',
