@@ -57,7 +57,8 @@ def draw(body: Body, stance: Stance, path: Path) -> None:
         plot.plot(*flat(stance.centre_m), 'rX', markersize=9, label='centre of mass')
         for joint_name, motion in moves.items():
             start, way = flat(motion.tip_m), flat(motion.way_m)
-            if _near(axes, motion.tip_m) and np.linalg.norm(way) > 0.35 * np.linalg.norm(motion.way_m):
+            seen = np.linalg.norm(way) > 0.35 * np.linalg.norm(motion.way_m)
+            if seen and _near(axes, motion.tip_m):
                 plot.annotate('', start + 1.5 * way, start, arrowprops={
                     'arrowstyle': '->', 'color': 'purple'})
                 plot.annotate(joint_name, start + 1.5 * way, fontsize=5.5, color='purple')
