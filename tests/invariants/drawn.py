@@ -15,11 +15,12 @@ import numpy as np
 
 from tests.invariants.fixed import sha
 from training.evolution.operators import Layout
-from training.robust.config import RobustConfig, Stage
+from training.robust.config import RobustConfig
 from training.robust.hidden_life import live, live_exactly
-from training.robust.listening import Listening, listen
-from training.robust.scenarios import Randomisation, draw
+from training.robust.pretraining import listen
+from training.robust.scenarios import draw
 from training.robust.search import train
+from training.robust.settings import Careful, Pretraining, Randomisation, Stage
 from w2b_core import bodies
 from w2b_core.vocabulary import Vocabulary
 from w2b_sim.worlds import PAPER
@@ -29,12 +30,12 @@ WORDS = (('forward', 'forward'), ('backward', 'backward'), ('stop', 'stop'), ('c
 WITHOUT_CONTACT = Randomisation(contact=False, servos=False, pushes=False)
 CONFIGS = {
     'quadruped': RobustConfig(
-        body='quadruped', seed=2, words=WORDS, population=8, listening=Listening(1, 8),
+        body='quadruped', seed=2, words=WORDS, population=8, pretraining=Pretraining(1, 8),
         stages=(Stage(4, 2, 2, 0, False, 0.5, vectors=False, length=0.1),
                 Stage(7, 3, 4, 2, True, 0.5, length=0.1, stray_weight=3.0, free_stray_m=0.02))),
     'physical_twin': RobustConfig(
-        body='physical_twin', seed=5, words=WORDS, population=6, listening=Listening(1, 5),
-        physics_steps=4, move_noise=0.02, careful=True, randomisation=WITHOUT_CONTACT,
+        body='physical_twin', seed=5, words=WORDS, population=6, pretraining=Pretraining(1, 5),
+        physics_steps=4, move_noise=0.02, careful=Careful(), randomisation=WITHOUT_CONTACT,
         aggregate='worst_word',
         stages=(Stage(3, 2, 2, 2, False, 0.4, length=0.5),
                 Stage(3, 2, 3, 1, False, 0.8, vectors=False, length=1.0))),
@@ -68,11 +69,9 @@ def run(body: str, directory: Path, stops: tuple[int, ...] = ()) -> str:
 def ears() -> str:
     """Hidden weights that tell words apart, bred without a body."""
     rng = np.random.default_rng(5)
-    known = {1: 0.2 * rng.normal(size=(1, 40)), -1: 0.2 * rng.normal(size=(1, 40)),
+    heard = {1: 0.2 * rng.normal(size=(1, 40)), -1: 0.2 * rng.normal(size=(1, 40)),
              0: 0.2 * rng.normal(size=(4, 40))}
-    names = {1: 'forward', -1: 'backward', 0: 'stop'}
-    heard = {names[direction]: values for direction, values in known.items()}
-    return sha([listen(Layout.of(bodies.get('quadruped')), Listening(2, 12, bias=0.07), 3,
+    return sha([listen(Layout.of(bodies.get('quadruped')), Pretraining(2, 12, bias=0.07), 3,
                        lambda rng, moves, stops: draw(rng, heard, PAPER, Randomisation(),
                                                       moves=moves, stops=stops, move_noise=0.02))])
 
