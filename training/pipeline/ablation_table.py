@@ -22,7 +22,7 @@ def to_markdown(rows: Sequence[Mapping[str, Any]]) -> str:
     PyBullet's: medians over the runs of each run's result, for *shorter way* with the quartiles.
     Both have the p of a one-sided Mann-Whitney test against the first row. *Both ways* counts
     the runs whose median start gets far enough in each direction (p: Fisher's exact test against
-    the first row, one-sided), *obey* those that also stay within the gate's bound under the stop words.
+    the first row, one-sided), *obey* those that also stay within the bound under the stop words.
     """
     lines = ['| means | runs | fitness, own worlds | fitness, drawn worlds (p) | forward, m | '
              'backward, m | shorter way, m (quartiles; p) | farthest under a stop word, m | '
