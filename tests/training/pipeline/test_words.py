@@ -1,13 +1,15 @@
-"""The words of the champion: no word in two roles, and chosen by the rule that the module tells."""
+"""The words of the champions: no word in two roles, chosen by the rule that their file tells."""
 
 from importlib.resources import files
 
 import numpy as np
 import pytest
 
-from training.robust.word_roles import QUADRUPED, WordRoles, asking
+from training.pipeline.recipe import load_recipe, shipped
+from training.pipeline.words import Roles
 from w2b_core.vocabulary import Vocabulary
 
+QUADRUPED, TWIN = (load_recipe(shipped()[body]).words for body in ('quadruped', 'physical_twin'))
 HELD_OUT_STEMS = ('halt', 'suspen')
 FORMS = ('stop', 'ceas', 'cess')
 
@@ -54,11 +56,21 @@ def test_every_word_is_known_and_no_held_out_stem_is_heard():
     assert not [word for word in heard if word[:4] in stems]
 
 
+def test_words_are_held_out_of_every_behaviour():
+    assert TWIN == QUADRUPED
+    for behaviour in ('forward', 'backward', 'stop'):
+        others = [word for word in words(TWIN.held_out, behaviour)
+                  if word not in ('halt', 'suspend')]
+        assert len(others) >= 2, behaviour
+
+
 def test_a_word_in_two_roles_is_refused():
-    moves = asking('forward', 'forward') + asking('backward', 'backward')
+    moves = {'forward': 'forward', 'backward': 'backward'}
     with pytest.raises(ValueError, match="one role each, got two for 'halt'"):
-        WordRoles(moves + asking('stop', 'stop halt'), (), asking('stop', 'halt'))
+        Roles(trained={**moves, 'stop': ['stop', 'halt']}, held_out={'stop': 'halt'})
     with pytest.raises(ValueError, match='one role'):
-        WordRoles(moves + asking('stop', 'stop halt'), (), asking('stop', 'HALT'))
+        Roles(trained={**moves, 'stop': ['stop', 'halt']}, held_out={'stop': 'HALT'})
     with pytest.raises(ValueError, match="got none for 'stop'"):
-        WordRoles(moves, asking('stop', 'stop'), ())
+        Roles(trained=moves, validation={'stop': 'stop'})
+    with pytest.raises(ValueError, match="expected behaviours that walk, or stop, got 'left'"):
+        Roles(trained={**moves, 'stop': 'stop', 'left': 'left'})

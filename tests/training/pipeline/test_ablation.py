@@ -8,10 +8,13 @@ from itertools import pairwise
 import numpy as np
 
 from training.evolution.operators import Layout, random_genomes
-from training.robust import ablation, ears, gate
-from training.robust.ablation import ALL, ROWS, config_of, to_markdown
-from training.robust.scenarios import Randomisation
-from training.robust.word_roles import QUADRUPED
+from training.pipeline import ablation, trials
+from training.pipeline.ablation import ALL, ROWS, config_of
+from training.pipeline.ablation_table import to_markdown
+from training.pipeline.recipe import load_recipe, shipped
+from training.pipeline.table import Row, to_json
+from training.robust import screening
+from training.robust.settings import Randomisation
 from w2b_core import bodies
 
 
@@ -28,12 +31,13 @@ def test_each_row_adds_to_the_row_above_until_every_means_is_in_use():
     assert not config_of(ROWS[0], 0, 9).stages[0].vectors
 
 
+QUADRUPED = load_recipe(shipped()['quadruped']).words
 HELD_OUT = {word for word, _asked in QUADRUPED.held_out}
 
 
 def fake_rows(network, words, validation, forward):
     far = {'forward': forward, 'backward': -0.6}
-    return tuple(gate.Row(word, asked, index < len(words), far.get(word, 0.0), 0.0, 0.0,
+    return tuple(Row(word, asked, index < len(words), far.get(word, 0.0), 0.0, 0.0,
                           0.02 if asked == 'stop' else abs(far[word]), 0.0, 0,
                           asked == 'stop' or abs(far[word]) >= 0.5,
                           validation=index >= len(words))
@@ -59,8 +63,8 @@ def test_the_table_is_of_every_run_and_goes_on_where_it_stopped(monkeypatch, tmp
         return fake_rows(network, words, validation, 0.4 + 0.2 * run + 0.1 * seed)
 
     monkeypatch.setattr(ablation, 'train', train)
-    monkeypatch.setattr(gate, 'gate', judge)
-    monkeypatch.setattr(ears, 'find', lambda *_args, **_options: (np.zeros((2, 5, 6)), None))
+    monkeypatch.setattr(trials, 'trial', judge)
+    monkeypatch.setattr(screening, 'find', lambda *_args, **_options: (np.zeros((2, 5, 6)), None))
     # Every controller is the same but for its seed, and so gets the same from the drawn worlds.
     monkeypatch.setattr(ablation, '_examined', lambda *_given: 0.25)
     args = argparse.Namespace(out=tmp_path, seeds='0-1', generations=9, starts=2, threads=1,
@@ -97,7 +101,7 @@ def test_drawn_worlds_are_the_same_for_every_row():
 
 
 def test_of_every_three_runs_the_gate_prefers_one():
-    runs = [{'seed': seed, 'choice': gate.to_json(fake_rows(
+    runs = [{'seed': seed, 'choice': to_json(fake_rows(
         None, QUADRUPED.trained, (), 0.1 * (seed % 5)))} for seed in range(7)]
     assert [run['seed'] for run in ablation._gated(runs)] == [2, 4, 6]
 
@@ -108,7 +112,7 @@ def test_rows_are_tested_against_the_first():
     def row(name, forward):
         return {'row': name, 'runs': [
             {'fitness': 0.0, 'drawn_fitness': way,
-             'rows': gate.to_json(fake_rows(None, words, (), way))} for way in forward]}
+             'rows': to_json(fake_rows(None, words, (), way))} for way in forward]}
     first, second = to_markdown([row('few', (0.1, 0.11, 0.12, 0.13)),
                                  row('many', (0.51, 0.52, 0.53, 0.54))]).splitlines()[-2:]
     assert first.endswith('| 0.02 | 0 | 0 |')

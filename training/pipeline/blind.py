@@ -1,5 +1,5 @@
 """
-The blind look: held-out words are asked of a chosen controller once, and every look is counted.
+The blind look: a chosen controller meets the held-out words once, and every look is counted.
 
 What a controller does under words that it has never heard means something only if those words did
 not choose it. So they are looked up here and nowhere else, after the choice, and `blind.json`
@@ -11,15 +11,13 @@ one saw.
 from __future__ import annotations
 
 import json
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from training.evolution import checkpoint
 from training.evolution.treatments import Words
-from training.robust import gate
+from training.pipeline import trials
+from training.pipeline.table import Row, from_json, to_json
 from w2b_core.bodies.model import Body
 from w2b_core.network import Network
 from w2b_core.vocabulary import Vocabulary
@@ -29,8 +27,8 @@ FILE = 'blind.json'
 
 
 def look(directory: Path, network: Network, body: Body, world: World, held_out: Words,
-         vocabulary: Vocabulary, *, move_m: float, starts: int = gate.STARTS, seed: int = 0,
-         processes: int = 1) -> tuple[tuple[gate.Row, ...], int]:
+         vocabulary: Vocabulary, *, move_m: float, starts: int, seed: int = 0,
+         processes: int = 1) -> tuple[tuple[Row, ...], int]:
     """
     Return the held-out words' rows of one controller, and how many were opened up to it.
 
@@ -41,11 +39,11 @@ def look(directory: Path, network: Network, body: Body, world: World, held_out: 
     network, body, world
         What is looked at, and where.
     held_out
-        (word, behaviour) pairs; stop words are required, moves are told.
+        (word, behaviour) pairs; stop words are required, moves are reported.
     vocabulary
         Has their vectors.
     move_m, starts, seed, processes
-        As `gate.gate`.
+        As `trials.trial`.
 
     Raises
     ------
@@ -56,23 +54,17 @@ def look(directory: Path, network: Network, body: Body, world: World, held_out: 
     path = directory / FILE
     openings = _openings(path)
     asked = [list(pair) for pair in held_out]
-    key = {'weights_sha256': weights_sha256(network), 'words': asked, 'starts': starts,
+    key = {'weights_sha256': trials.weights_sha256(network), 'words': asked, 'starts': starts,
            'seed': seed}
     for number, opening in enumerate(openings, 1):
         if {name: opening[name] for name in key} == key:
-            return gate.from_json(opening['rows']), number
+            return from_json(opening['rows']), number
     vectors = {word: vocabulary.vector(word) for word, _asked in held_out}
-    rows = gate.gate(network, body, world, (), held_out, vectors, move_m=move_m, starts=starts,
+    rows = trials.trial(network, body, world, (), held_out, vectors, move_m=move_m, starts=starts,
                      seed=seed, processes=processes)
-    openings.append({**key, 'rows': gate.to_json(rows)})
+    openings.append({**key, 'rows': to_json(rows)})
     checkpoint.write_json(path, {'openings': openings})
     return rows, len(openings)
-
-
-def weights_sha256(network: Network) -> str:
-    """Return the SHA-256 of a controller's weights: hidden, then motor, little-endian float64."""
-    parts = (network.hidden_weights, network.motor_weights)
-    return sha256(b''.join(np.asarray(part, dtype='<f8').tobytes() for part in parts)).hexdigest()
 
 
 def _openings(path: Path) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from training.__main__ import main
+from training.pipeline.command import parse_seeds
 
 
 @pytest.mark.parametrize(('options', 'message'), [
@@ -16,3 +17,11 @@ def test_bad_options_are_one_line_errors(tmp_path: Path, capsys, options, messag
     errors = capsys.readouterr().err
     assert message in errors
     assert errors.count('\n') == 1
+
+
+def test_seed_lists():
+    assert parse_seeds('2-4') == (2, 3, 4)
+    assert parse_seeds('7,1') == (7, 1)
+    for bad in ('', '4-2', 'a', '-1'):
+        with pytest.raises(ValueError, match='seeds: expected'):
+            parse_seeds(bad)

@@ -18,30 +18,33 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from scipy.stats import fisher_exact, mannwhitneyu
-
 from training.evolution import checkpoint
 from training.evolution.operators import Array, Layout
-from training.robust import ears, gate
-from training.robust.champions import parse_seeds
-from training.robust.config import RobustConfig, Stage
-from training.robust.listening import Listening
-from training.robust.scenarios import Randomisation
-from training.robust.search import RobustSearch, train, vectors_by_behaviour
-from training.robust.word_roles import QUADRUPED
+from training.evolution.treatments import Words
+from training.pipeline import trials
+from training.pipeline.ablation_table import to_markdown
+from training.pipeline.candidates import population
+from training.pipeline.command import parse_seeds
+from training.pipeline.recipe import RECIPES, Recipe, load_recipe
+from training.pipeline.table import Row, from_json, to_json, worst_margin
+from training.robust import screening
+from training.robust.config import RobustConfig
+from training.robust.scenarios import by_direction
+from training.robust.search import LISTENERS, RobustSearch, train
+from training.robust.settings import Randomisation, Stage
 from w2b_core import bodies
 from w2b_core.network import Network
-from w2b_sim.worlds import WORLDS
 
-BODY, MOVE_M = 'quadruped', 0.5
+#: Whose words, bounds and training are taken.
+RECIPE = RECIPES / 'quadruped_serial.yaml'
 #: What PyBullet is asked, beside the two moves.
-STOPS = ('stop', 'cease', 'stopped', 'terminate')
+STOPS = frozenset(['stop', 'cease', 'stopped', 'terminate'])
 #: Starts of the judge, and of the gate that chooses in the last row.
 JUDGE, CHOICE = 0, 1
 CLIP_M, NO_CLIP_M = 1.0, 100.0
@@ -109,10 +112,13 @@ def _table(args: argparse.Namespace) -> str:
     from w2b_core.vocabulary import Vocabulary
 
     vocabulary = Vocabulary.load()
-    vectors = {word: vocabulary.vector(word) for word, _asked in QUADRUPED.trained
-               + QUADRUPED.validation}
-    heard, _screen = ears.find(args.out / 'ears', QUADRUPED, vectors, Layout.of(bodies.get(BODY)),
-                               args.ears, say=lambda text: print(text, file=sys.stderr))
+    recipe = _recipe()
+    vectors = {word: vocabulary.vector(word) for word, _behaviour in recipe.words.known}
+    heard, _screen = screening.find(
+        args.out / 'ears', screening.Sorting(recipe.words.trained, recipe.words.validation, vectors,
+                                             recipe.training.move_noise, recipe.pretrain.screening),
+        Layout.of(bodies.get(recipe.body)), args.ears, recipe.pretrain.plan,
+        say=lambda text: print(text, file=sys.stderr))
     rows: list[dict[str, Any]] = []
     chosen: list[dict[str, Any]] = []
     for treatment in ROWS:
@@ -122,7 +128,7 @@ def _table(args: argparse.Namespace) -> str:
             chosen = [{'row': f'all means, of every {GATED_RUNS} runs the best by the gate',
                        'runs': _gated(runs)}]
         checkpoint.write_json(args.out / 'ablation.json', {
-            'body': BODY, 'generations': args.generations, 'starts': args.starts,
+            'body': recipe.body, 'generations': args.generations, 'starts': args.starts,
             'table': rows + chosen})
         checkpoint.write_atomically(args.out / 'ablation.md',
                                     to_markdown(rows + chosen).encode())
@@ -133,7 +139,7 @@ def _table(args: argparse.Namespace) -> str:
 def _gated(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return of every `GATED_RUNS` runs the one that the gate prefers."""
     return [max(runs[first:first + GATED_RUNS],
-                key=lambda run: gate.worst_margin(gate.from_json(run['choice']), MOVE_M))
+                key=lambda run: worst_margin(from_json(run['choice']), _recipe().move_m))
             for first in range(0, len(runs), GATED_RUNS)]
 
 
@@ -146,15 +152,14 @@ def _run(args: argparse.Namespace, treatment: Treatment, seed: int, heard: Array
         done: dict[str, Any] = json.loads(kept.read_text(encoding='utf-8'))
         return done
     directory.mkdir(parents=True, exist_ok=True)
-    checkpoint.save_array(directory / 'listeners.npy', heard)
+    checkpoint.save_array(directory / LISTENERS, heard)
     config = config_of(treatment, seed, args.generations)
     networks, fitness = train(config, directory, threads=args.threads, vectors=vectors)
-    network = Network(networks.hidden_weights[0], networks.motor_weights[0],
-                      networks.motor_time_constants)
+    network = population(seed, networks, fitness)[0].controller
     found = {'seed': seed, 'fitness': float(fitness[0]),
              'drawn_fitness': _examined(config, network, vectors, args.threads),
-             'rows': gate.to_json(_judge(network, vectors, args, JUDGE)),
-             'choice': gate.to_json(_judge(network, vectors, args, CHOICE))
+             'rows': to_json(_judge(network, vectors, args, JUDGE)),
+             'choice': to_json(_judge(network, vectors, args, CHOICE))
              if treatment.name == ALL else []}
     checkpoint.write_json(kept, found)
     return found
@@ -165,7 +170,7 @@ def _examined(config: RobustConfig, network: Network, vectors: Mapping[str, Arra
     """Return the default fitness in a draw with every means, the same for all rows of a seed."""
     same = replace(config, aggregate='balanced', randomisation=Randomisation(),
                    stages=(replace(config.stages[-1], clip_m=CLIP_M),))
-    search = RobustSearch(same, vectors_by_behaviour(same, vectors), None, threads)
+    search = RobustSearch(same, by_direction(same.words, vectors), None, threads)
     genome = search.layout.genome(network)
     return float(search.examine(genome[None], same.randomisation)[0])
 
@@ -176,89 +181,24 @@ def config_of(treatment: Treatment, seed: int, generations: int) -> RobustConfig
     walk = Stage(generations, 6, 6, 15, False, treatment.clip_m, vectors=vectors,
                  stray_weight=3.0, free_stray_m=0.02)
     feel = replace(walk, generations=generations // 3, stops=9, touch=True)
-    return RobustConfig(
-        body=BODY, seed=seed, words=QUADRUPED.trained, listening=Listening(attempts=0),
-        randomisation=Randomisation.only(*treatment.means), move_noise=ears.MOVE_NOISE,
-        careful=True, aggregate=treatment.aggregate,
-        stages=(walk, feel) if treatment.touch else (walk,))
+    return replace(_recipe().config(seed), randomisation=Randomisation.only(*treatment.means),
+                   aggregate=treatment.aggregate,
+                   stages=(walk, feel) if treatment.touch else (walk,))
 
 
 def _judge(network: Network, vectors: Mapping[str, Array], args: argparse.Namespace,
-           seed: int) -> tuple[gate.Row, ...]:
-    trained = tuple(pair for pair in QUADRUPED.trained if pair[1] != 'stop' or pair[0] in STOPS)
-    validation = tuple(pair for pair in QUADRUPED.validation if pair[0] in STOPS)
-    body = bodies.get(BODY)
-    return gate.gate(network, body, WORLDS[body.world], trained, (), vectors, move_m=MOVE_M,
-                     starts=args.starts, seed=seed, processes=args.threads,
-                     validation=validation)
+           seed: int) -> tuple[Row, ...]:
+    recipe = _recipe()
+    return trials.trial(network, bodies.get(recipe.body), recipe.world,
+                        recipe.words.moves + _stops(recipe.words.trained), (), vectors,
+                        move_m=recipe.move_m, starts=args.starts, seed=seed,
+                        processes=args.threads, validation=_stops(recipe.words.validation))
 
 
-def to_markdown(rows: Sequence[Mapping[str, Any]]) -> str:
-    """
-    Return the table, a row a treatment: medians over its runs, and tests against the first row.
-
-    *Drawn worlds* is the fitness in situations with every means. The columns to its right are
-    PyBullet's: medians over the runs of each run's result, for *shorter way* with the quartiles.
-    Both have the p of a one-sided Mann-Whitney test against the first row. *Both ways* counts
-    the runs whose median start gets `MOVE_M` in each direction (p: Fisher's exact test against the
-    first row, one-sided), *obey* those that also stay within the gate's bound under the stop words.
-    """
-    lines = ['| means | runs | fitness, own worlds | fitness, drawn worlds (p) | forward, m | '
-             'backward, m | shorter way, m (quartiles; p) | farthest under a stop word, m | '
-             'both ways (p) | obey |',
-             '|---' * 10 + '|']
-    first = _judged(rows[0])
-    for row in rows:
-        runs = row['runs']
-        judged = _judged(row)
-        low, middle, high = np.quantile(judged.shorter_m, [0.25, 0.5, 0.75])
-        against = judged.against(first) if row is not rows[0] else ('', '', '')
-        lines.append(
-            f'| {row["row"]} | {len(runs)} | {np.median([run["fitness"] for run in runs]):.2f} | '
-            f'{np.median(judged.drawn):.2f}{against[2]} | '
-            f'{np.median(judged.forward_m):+.2f} | {-np.median(judged.backward_m):+.2f} | '
-            f'{middle:+.2f} ({low:+.2f} to {high:+.2f}{against[0]}) | '
-            f'{np.median(judged.farthest_m):.2f} | {judged.both_ways}{against[1]} | '
-            f'{judged.obey} |')
-    return '\n'.join(lines) + '\n'
+def _stops(words: Words) -> Words:
+    return tuple(pair for pair in words if pair[0] in STOPS)
 
 
-@dataclass(frozen=True)
-class _Judged:
-    """Of a row's runs, (R,): fitness in drawn worlds; ways and distances in PyBullet; a count."""
-
-    drawn: Array
-    forward_m: Array
-    backward_m: Array
-    farthest_m: Array
-    obey: int
-
-    @property
-    def shorter_m(self) -> Array:
-        return np.minimum(self.forward_m, self.backward_m)
-
-    @property
-    def both_ways(self) -> int:
-        return int((self.shorter_m >= MOVE_M).sum())
-
-    def against(self, first: _Judged) -> tuple[str, str, str]:
-        """Return p of the shorter way, of the count and of the fitness against the first row's."""
-        way, drawn = (mannwhitneyu(mine, theirs, alternative='greater').pvalue for mine, theirs in
-                      ((self.shorter_m, first.shorter_m), (self.drawn, first.drawn)))
-        table = [[judged.both_ways, len(judged.shorter_m) - judged.both_ways]
-                 for judged in (self, first)]
-        count = fisher_exact(table, alternative='greater').pvalue
-        return f'; {way:.2g}', f' ({count:.2g})', f' ({drawn:.2g})'
-
-
-def _judged(row: Mapping[str, Any]) -> _Judged:
-    tables = [gate.from_json(run['rows']) for run in row['runs']]
-
-    def ways(behaviour: str) -> Array:
-        return np.array([next(gate.score(line) for line in table if line.behaviour == behaviour)
-                         for table in tables])
-    farthest = np.array([max(line.p90_distance_m for line in table if line.behaviour == 'stop')
-                         for table in tables])
-    drawn = np.array([run['drawn_fitness'] for run in row['runs']])
-    return _Judged(drawn, ways('forward'), ways('backward'), farthest,
-                   sum(map(gate.passes, tables)))
+@cache
+def _recipe() -> Recipe:
+    return load_recipe(RECIPE)

@@ -1,5 +1,5 @@
 """
-Hear first, walk later: hidden weights that tell words apart, evolved without a body.
+Pretraining: hidden weights that tell words apart, evolved without a body.
 
 Most of what a controller must learn before it can obey is in its hidden layer alone: `forward` and
 `backward` have to lead into two different rhythms, and every stop word into rest. A rhythm costs
@@ -10,7 +10,7 @@ with silent sensors, and the robust mode's newcomers start from them with random
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,8 @@ from training.evolution.operators import Array, Layout, random_genomes
 from training.evolution.treatments import VARIATIONS, generator
 from training.robust.hidden_life import live
 from training.robust.objective import fitness_of
-from training.robust.scenarios import Scenario
+from training.robust.scenarios import BACKWARD, FORWARD, STOP, Scenario
+from training.robust.settings import Pretraining
 
 #: Swing of the hidden neurons that is worth full marks for a move.
 LIVELY = 0.3
@@ -31,25 +32,6 @@ TOUCH_INPUT = 0.07
 STOP_WEIGHT, ALL_WEIGHT = 2.0, 2.0
 #: Listeners this much worse than the best are not kept.
 ENOUGH = 0.5
-
-
-@dataclass(frozen=True)
-class Listening:
-    """
-    How long to listen before walking.
-
-    `attempts` independent runs of `generations` each; `redraw`, `moves` and `stops` as in a robust
-    stage. No attempts: walk at once. Half of the situations put a constant input on each hidden
-    neuron, drawn from N(0, `bias`), as touch will.
-    """
-
-    attempts: int = 6
-    generations: int = 500
-    redraw: int = 25
-    population: int = 50
-    moves: int = 4
-    stops: int = 10
-    bias: float = 0.0
 
 
 def score(hidden_weights: Array, scenario: Scenario, bias: float = 0.0) -> Array:
@@ -64,11 +46,11 @@ def score(hidden_weights: Array, scenario: Scenario, bias: float = 0.0) -> Array
     directions = scenario.directions
     unrest = np.minimum(1.0, _norm(life.swing) / RESTLESS)
     rhythm = np.minimum(1.0, _norm(life.late_swing) / LIVELY)
-    difference = (life.mean[:, directions == 1].mean(axis=1)
-                  - life.mean[:, directions == -1].mean(axis=1))
+    difference = (life.mean[:, directions == FORWARD].mean(axis=1)
+                  - life.mean[:, directions == BACKWARD].mean(axis=1))
     contrast = np.minimum(1.0, np.linalg.norm(difference, axis=-1))
-    forward, backward = (fitness_of(rhythm[:, directions == way]) for way in (1, -1))
-    rest = 1.0 + fitness_of(-unrest[:, directions == 0])
+    forward, backward = (fitness_of(rhythm[:, directions == way]) for way in (FORWARD, BACKWARD))
+    rest = 1.0 + fitness_of(-unrest[:, directions == STOP])
     total: Array = (forward + backward - STOP_WEIGHT * (1.0 - rest)
                     + ALL_WEIGHT * contrast * np.minimum(forward, backward) * rest)
     return total
@@ -81,7 +63,7 @@ def inputs(count: int, hidden: int, bias: float) -> Array:
     return drawn
 
 
-def listen(layout: Layout, plan: Listening, seed: int, scenario: Callable[
+def listen(layout: Layout, plan: Pretraining, seed: int, scenario: Callable[
         [np.random.Generator, int, int], Scenario], keep: int = 20) -> Array:
     """
     Return recurrent and auditory weights (keep, H, H + 1): the best of all attempts.
