@@ -41,7 +41,8 @@ def raw(serving, request):
 
 def get(serving, path, host=None):
     host = host or f'127.0.0.1:{serving.port}'
-    return raw(serving, f'GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n'.encode())
+    return raw(serving, f'GET {path} HTTP/1.1\r\nHost: {host}\r\n'
+               'Connection: close\r\n\r\n'.encode())
 
 
 def test_the_page_works_for_its_own(serving):

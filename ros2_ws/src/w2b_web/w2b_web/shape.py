@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, ParseError
+
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import fromstring
 
 #: Characters of a description, and what it may have of links and of what is drawn.
 LONGEST, MOST_LINKS, MOST_VISUALS = 2_000_000, 500, 2_000
@@ -39,11 +42,11 @@ def read(urdf: str) -> Shape:
     if len(urdf) > LONGEST:
         raise ShapeError(f'robot description: expected {LONGEST:,} characters at most, '
                          f'got {len(urdf):,}')
-    if '<!DOCTYPE' in urdf or '<!ENTITY' in urdf:
-        raise ShapeError('robot description: expected a URDF without a document type')
     try:
-        robot = ElementTree.fromstring(urdf)
-    except ElementTree.ParseError as error:
+        robot = fromstring(urdf, forbid_dtd=True)
+    except DefusedXmlException as error:
+        raise ShapeError('robot description: expected a URDF without a document type') from error
+    except ParseError as error:
         raise ShapeError(f'robot description: expected XML, got {error}') from error
     if robot.tag != 'robot':
         raise ShapeError(f'robot description: expected <robot>, got <{robot.tag[:40]}>')
@@ -83,7 +86,7 @@ def _check_tree(joints: list[Shape]) -> None:
             seen.add(link)
 
 
-def _joint(joint: ElementTree.Element, links: set[str]) -> Shape:
+def _joint(joint: Element, links: set[str]) -> Shape:
     name, kind = joint.get('name', ''), joint.get('type', 'fixed')
     ends = {end: element.get('link', '') if (element := joint.find(end)) is not None else ''
             for end in ('parent', 'child')}
@@ -98,7 +101,7 @@ def _joint(joint: ElementTree.Element, links: set[str]) -> Shape:
             **_origin(joint)}
 
 
-def _visual(visual: ElementTree.Element, colours: dict[str, list[float]]) -> Shape:
+def _visual(visual: Element, colours: dict[str, list[float]]) -> Shape:
     geometry = visual.find('geometry')
     element = None if geometry is None else next(iter(geometry), None)
     if element is None:
@@ -123,14 +126,14 @@ def _visual(visual: ElementTree.Element, colours: dict[str, list[float]]) -> Sha
     return drawn
 
 
-def _origin(element: ElementTree.Element) -> Shape:
+def _origin(element: Element) -> Shape:
     origin = element.find('origin')
     xyz, rpy = ('0 0 0', '0 0 0') if origin is None else (
         origin.get('xyz', '0 0 0'), origin.get('rpy', '0 0 0'))
     return {'xyz': _numbers(xyz, 3), 'rpy': _numbers(rpy, 3)}
 
 
-def _colour(material: ElementTree.Element) -> list[float]:
+def _colour(material: Element) -> list[float]:
     colour = material.find('color')
     return GREY if colour is None else _numbers(colour.get('rgba', ''), 4)
 
