@@ -41,7 +41,7 @@ lint: setup      ## Style and types
 
 docs:            ## Build the documentation's site, strictly; writes out/site/
 	@scripts/setup docs
-	@.venv/bin/mkdocs build --quiet --strict
+	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet --strict && echo "docs: out/site/index.html"
 
 bench: build     ## Measure the engines' speed and the robot's timing (ARGS=--json)
 	@$(RUN) python scripts/bench $(ARGS)
