@@ -1,4 +1,4 @@
-"""Install the robot's mind, which needs no ROS, as an ament_python package."""
+"""Install the package, which needs no ROS, as an ament_python package."""
 
 from xml.etree import ElementTree
 
@@ -16,7 +16,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),
     ],
-    install_requires=['setuptools', 'numpy', 'PyYAML', 'rich'],
+    install_requires=['setuptools', 'numpy', 'PyYAML'],
     extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',

@@ -13,7 +13,7 @@ Fault = Callable[[Transport, Sequence[Message]], list[bytes]]
 
 
 def no_acknowledge(transport: Transport, messages: Sequence[Message]) -> list[bytes]:
-    """Nobody acknowledges the address (errno 121)."""
+    """No chip acknowledges the address (errno 121)."""
     raise OSError(errno.EREMOTEIO, 'injected: no acknowledge')
 
 
