@@ -46,6 +46,8 @@ for _name, _target, _extras, _about in (
         ('teach', 'w2b_controller.cli.teach:main', '', "add a word to a controller's ear"),
         ('brain', 'w2b_controller.brain:main', 'ros', 'the node that hears words, moves a body'),
         ('sim', 'w2b_sim.sim:main', 'sim,ros', 'the node that simulates a body'),
+        ('description', 'w2b_description.description:main', 'ros',
+         'the node that publishes robot_description and tf'),
         ('hardware', 'w2b_hw.node:main', 'hw,ros', 'the node that drives the servos of a robot'),
         ('calibrate', 'w2b_hw.entry:calibrate', 'hw', 'calibrate the servos, one by one'),
         ('preflight', 'w2b_hw.entry:preflight', 'hw', 'check the robot before it is armed'),
