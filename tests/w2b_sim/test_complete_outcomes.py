@@ -63,34 +63,63 @@ def test_the_plain_figures_keep_their_bits(name):
                                atol=1e-6)
 
 
-@every_body
-def test_every_figure_is_the_one_of_the_step_wise_engines(name):
-    """
-    The same gentle networks in three engines, until contacts make them part.
+def in_every_engine(body, start):
+    """The same gentle networks under two words for 1.5 s: engine -> outcome."""
+    world, batch = world_of(body, 31), networks(body, 4, strength=0.12)
+    return {engine: registry.make_evaluator(engine, body, world, complete=True).evaluate(
+        batch, words(), [start]) for engine in registry.names()}
 
-    MuJoCo and PyBullet differ from each other by as much as the batched engine may from the nearer
-    of the two.
+
+@every_body
+def test_in_the_air_every_figure_is_the_one_of_the_step_wise_engines(name):
+    """
+    Without contact all engines solve the same mechanics.
+
+    In `paper` MuJoCo divides the step of 50 ms, and averages the torque of a jerk over it.
     """
     body = bodies.get(name)
-    world, batch = world_of(body, 31), networks(body, 4, strength=0.12)
-    found = {engine: registry.make_evaluator(engine, body, world, complete=True).evaluate(
-        batch, words(), STARTS[:1]) for engine in registry.names()}
+    rtol = 0.05 if body.world == 'earth' else 0.2
+    found = in_every_engine(body, Start(height_m=30.0))
+    for engine in registry.stepwise_names():
+        for figure in ALL:
+            # PyBullet tells the torque of the last of four solver steps in `paper`.
+            if figure != 'effort_nm' or engine == 'mujoco' or body.world == 'earth':
+                ours, other = (getattr(found[which], figure) for which in ('batched', engine))
+                tolerance = (rtol, 0.0) if figure == 'effort_nm' else (0.05, 2e-3)
+                np.testing.assert_allclose(ours, other, *tolerance, err_msg=f'{engine}: {figure}')
+    assert found['batched'].effort_nm.min() > 1e-5
+    assert np.ptp(found['batched'].reversals) >= (0 if name.startswith('spherical') else 1)
+
+
+@every_body
+def test_on_the_floor_every_figure_is_the_one_of_the_step_wise_engines(name):
+    """
+    In the middle of the evaluations: contact is chaotic.
+
+    In `paper` friction is viscous here and Coulomb's there, where feet that stick strain the legs,
+    so that effort is compared in `earth`. A sphere that rolled over has no yaw, and tilts as it
+    rolls.
+    """
+    body = bodies.get(name)
+    found = in_every_engine(body, Start())
     length = body.length_m
     atol = {'final_position_m': 0.1 * length, 'path_length_m': 0.15 * length,
             'largest_step_m': 0.02 * length, 'touch_fraction': 0.35,
             'halfway_position_m': 0.1 * length, 'farthest_m': 0.1 * length, 'yaw_rad': 0.06,
             'lowest_height_m': 0.06 * length, 'lowest_up': 0.02, 'reversals': 1.0,
-            'at_speed_limit': 0.05, 'start_height_m': 1e-6}
+            'at_speed_limit': 0.05, 'start_height_m': 1e-6, 'effort_nm': 0.05}
+    if body.world == 'paper':
+        del atol['effort_nm']
+    if name.startswith('spherical'):
+        del atol['yaw_rad']
+        atol['lowest_up'] = atol['final_position_m'] / (length / 2)
     for figure, bound in atol.items():
-        values = [np.asarray(getattr(found[engine], figure)) for engine in registry.names()]
-        if not values[0].size:
-            continue
-        apart = np.minimum(*(np.abs(values[0] - other) for other in values[1:]))
-        assert np.median(apart) < bound, figure
-    efforts = np.array([found[engine].effort_nm for engine in registry.names()])
-    assert np.median(efforts[0]) == pytest.approx(np.median(efforts[1:]), rel=0.35)
-    moved = [np.ptp(getattr(found['batched'], figure)) for figure in ('yaw_rad', 'path_length_m')]
-    assert max(moved) > 1e-3, 'robots that stand prove nothing'
+        ours, *others = (getattr(found[engine], figure) for engine in registry.names())
+        if ours.size:
+            apart = np.minimum(*(np.abs(ours - other) for other in others))
+            scale = np.median(ours) if figure == 'effort_nm' else 1.0
+            assert np.median(apart) < bound * scale, figure
+    assert found['batched'].path_length_m.max() > 1e-3, 'robots that stand prove nothing'
 
 
 def test_a_large_batch_is_recorded_in_pieces_of_the_same_bits(monkeypatch):

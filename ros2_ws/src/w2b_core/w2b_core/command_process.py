@@ -1,7 +1,7 @@
 """
-What every command owes the shell that runs it, whatever environment it inherits.
+Streams, signals and locales, handled for every command in any environment.
 
-No more than Python's own library is needed, so that the robot's tools run where nothing else does.
+Needs the standard library only, so that the robot's tools run without other packages.
 """
 
 from __future__ import annotations

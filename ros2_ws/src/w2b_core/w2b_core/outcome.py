@@ -1,4 +1,4 @@
-"""What bodies did: named figures of one evaluation or of many, from which behaviours are judged."""
+"""Outcomes: named figures of evaluations, from which behaviours are judged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A transport that spoils transfers on purpose: what a bad wire does to a good chip."""
+"""A transport that injects faults into transfers, as a bad wire does."""
 
 from __future__ import annotations
 
