@@ -32,8 +32,9 @@ build-demo: setup-demo
 demo: build-demo ## Walk the simulated robot by words; writes out/demo/
 	@$(RUN) python -m demo --out out/demo
 
-test: build      ## Run all tests
-	@$(RUN) python -m pytest -q
+test: build      ## Run all tests: two at a time, then those against the clock one by one
+	@$(RUN) python -m pytest -q -n 2 --dist loadfile -m 'not realtime'
+	@$(RUN) python -m pytest -q -m realtime
 
 lint: setup      ## Style and types
 	@.venv/bin/ruff check .
