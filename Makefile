@@ -38,18 +38,15 @@ build-play: setup-play
 demo: build-demo ## Walk the simulated robot by words; writes out/demo/
 	@$(RUN) python -m demo --out out/demo
 
-<<<<<<< HEAD
 play: build-play ## Talk to a robot in the browser (ROBOT=, ENGINE=, HARDWARE=simulated, PORT=)
 	@$(RUN) w2b play $(if $(ROBOT),--robot $(ROBOT)) $(if $(ENGINE),--engine $(ENGINE)) \
 	    $(if $(HARDWARE),--hardware $(HARDWARE)) $(if $(PORT),--port $(PORT)) $(ARGS)
 
 test: build      ## Run all tests
 	@$(RUN) python -m pytest -q
-=======
 test: build      ## Run all tests: two at a time, then those against the clock one by one
 	@$(RUN) python -m pytest -q -n 2 --dist loadfile -m 'not realtime'
 	@$(RUN) python -m pytest -q -m realtime
->>>>>>> origin/main
 
 lint: setup      ## Style and types
 	@.venv/bin/ruff check .
