@@ -42,8 +42,8 @@ PARAMETERS = (
               'to type before the page opens.', when=When.ACTIVATE),
     Parameter('frame_rate', 20.0, 'Frames a second that a page gets at most.', (1.0, 60.0)),
 )
-#: How often new frames are looked for, and how often everything else is.
-LOOK_S, CHECK_S = 0.02, 0.25
+#: How often new frames are looked for, and how often everything else is: each look takes time.
+LOOK_S, CHECK_S = 0.03, 0.25
 #: Between two looks at which robots there are.
 DISCOVERY_S = 1.0
 

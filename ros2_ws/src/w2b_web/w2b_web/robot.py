@@ -200,10 +200,10 @@ class Robot:
         frames = self._frames is not None and self._frames.silent_s() < 1.0
         state: dict[str, Any] = {
             'brain': brain, 'frames': frames, 'body': '', 'state': 'none', 'reason': '',
-            'follows': False, 'hardware': self.is_hardware}
+            'follows': False, 'epoch': '', 'hardware': self.is_hardware}
         if body is not None:
             state.update(body=body.body, state=body.state, reason=body.reason,
-                         follows=body.follows)
+                         follows=body.follows, epoch=body.epoch)
         if state != self._state:
             self._state = state
             self._tell('state', **state)
@@ -226,7 +226,7 @@ class Robot:
         """Say a word."""
         self._senders.said(page, quoted(text))
         self._commands.publish(String(data=text))
-        if not self._node.count_subscribers(f'{self.namespace}/command'):
+        if not self._state.get('brain'):
             self._tell('note', level='bad', text=f'no brain hears {text!r}', keep=False)
 
     def stop(self) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
@@ -22,6 +23,25 @@ CALLS: dict[str, tuple[str, type, Callable[[], Any]]] = {
     'pause': ('sim/pause', SetBool, lambda: SetBool.Request(data=True)),
     'resume': ('sim/pause', SetBool, lambda: SetBool.Request(data=False))}
 Answered = Callable[[bool, str], None]
+
+
+class _WhenAsked(CallbackGroup):
+    """Answers that the executor looks for only while some are waited for."""
+
+    def __init__(self, waiting: Callable[[], bool]) -> None:
+        super().__init__()
+        self._waiting = waiting
+
+    def can_execute(self, entity: Any) -> bool:
+        """See `CallbackGroup`."""
+        return self._waiting()
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """See `CallbackGroup`."""
+        return True
+
+    def ending_execution(self, entity: Any) -> None:
+        """See `CallbackGroup`."""
 
 
 class Services:
@@ -39,14 +59,16 @@ class Services:
 
     def __init__(self, node: Node, namespace: str) -> None:
         self._node = node
-        self._clients = {name: node.create_client(kind, f'{namespace}/{name}')
+        group = _WhenAsked(lambda: bool(self._waiting))
+        self._waiting: list[tuple[float, str, Any, Answered]] = []
+        self._clients = {name: node.create_client(kind, f'{namespace}/{name}',
+                                                  callback_group=group)
                          for name, kind in {service: kind for service, kind, _make in
                                             CALLS.values()}.items()}
         self._clients['sim/set_parameters'] = node.create_client(
-            SetParameters, f'{namespace}/sim/set_parameters')
+            SetParameters, f'{namespace}/sim/set_parameters', callback_group=group)
         self._clients['brain/get_parameters'] = node.create_client(
-            GetParameters, f'{namespace}/brain/get_parameters')
-        self._waiting: list[tuple[float, str, Any, Answered]] = []
+            GetParameters, f'{namespace}/brain/get_parameters', callback_group=group)
 
     def close(self) -> None:
         """Stop asking."""
@@ -84,9 +106,9 @@ class Services:
         if not client.service_is_ready():
             answered(False, f'nobody offers {service} here')
             return
-        future = client.call_async(request)
         entry = (time.monotonic() + ANSWER_S, service, client, answered)
         self._waiting.append(entry)
+        future = client.call_async(request)
 
         def finish(future: Any) -> None:
             if entry in self._waiting:
