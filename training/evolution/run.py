@@ -22,11 +22,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from training import carried_body
 from training.evolution import checkpoint, rundir, treatments
 from training.evolution.afpo import Afpo
 from training.evolution.champion import WordOutcome, outcomes, write_champion
 from training.evolution.config import RunConfig
-from training.evolution.engines import TimedEvaluator, make_evaluator, refuse_unsupported
+from training.evolution.engines import (
+    TimedEvaluator,
+    make_evaluator,
+    needs_complete,
+    refuse_unsupported,
+)
 from training.evolution.objectives import aggregate, scores
 from training.evolution.operators import Layout, random_genomes
 from training.evolution.rundir import RunConflictError, RunDirectory
@@ -141,18 +147,22 @@ def run(config: RunConfig, directory: Path | str,
                    for word, _behaviour in config.words + config.held_out}
     names = [word for word, _behaviour in config.words + config.held_out]
     heard = treatments.treated(vectors, names, config.treatment, config.seed)
-    identity = {'config': config.to_json(), **(program or {'program_version': __version__}),
+    identity = {'config': config.to_json(), **carried_body.identity(config.body),
+                **(program or {'program_version': __version__}),
                 'vectors': {name: treatments.vector_hash(vector)
                             for name, vector in zip(names, heard, strict=True)}}
     if evaluator is None:
         refuse_unsupported(config.engine, config.body)
     with RunDirectory(Path(directory), identity) as place:
+        carried_body.keep(config.body, place.path)
         finished = place.path / rundir.SUMMARY
         if finished.exists() and _summary(finished)['generations'] == config.generations:
             return load_result(place.path)
         with closing(TimedEvaluator(evaluator or make_evaluator(
                 config.engine, bodies.get(config.body), WORLDS[config.world],
-                precision=config.precision, threads=threads, say=say))) as engine:
+                precision=config.precision, threads=threads, say=say,
+                complete=needs_complete(behaviour for _word, behaviour in
+                                        config.words + config.held_out)))) as engine:
             work = _Run(config, heard, engine, place)
             if work.afpo.generation and say is not None:
                 say(f'goes on from generation {work.afpo.generation} of {config.generations}')
