@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from training.grounding.ear import lesson_of
 from training.grounding.lexicon import Lexicon
-from w2b_core.courses import DEFAULT_BEHAVIOURS
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS
 from w2b_core.hearing import Ear, judge, learning
 from w2b_core.hearing.judge import Judge
 from w2b_core.hearing.metric import Metric
