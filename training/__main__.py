@@ -37,6 +37,8 @@ COMMANDS = {
                     'what the body does under words, heard in training or not'),
     'judge': ('training.judge.command',
               'what a controller does in an independent engine, under disturbances'),
+    'evidence': ('training.judge.evidence',
+                 "the judge's rows of a champion, and which bounds they miss"),
     'grounding': ('training.grounding.benchmark',
                   'judge hearing on a lexicon: unseen words, refusal, phrases, rivals'),
     'study': ('training.study.command', 'the whole study of the paper, or a part of it'),

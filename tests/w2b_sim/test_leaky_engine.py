@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from w2b_core import bodies
 from w2b_core.courses import DEFAULT_BEHAVIOURS, holds
@@ -86,6 +87,9 @@ def test_it_is_the_numpy_network_to_a_millionth_over_100_frames(name):
                 dict(zip(names, state.motors, strict=True)), walk.yaw_rad[t],
                 walk.yaw_rate_rad_s[t], gravity_in((x, y, z, w)))
             state = step(network, state, drive, read(senses, readings, reference))
+        turns = Rotation.from_quat(walk.orientation_wxyz[:, [1, 2, 3, 0]])
+        rates = (turns[:-1].inv() * turns[1:]).as_rotvec()[:, 2] / recording.period_s
+        np.testing.assert_allclose(walk.yaw_rate_rad_s, [0.0, *rates], atol=0.02)
         moved = np.ptp(walk.target_rad, axis=0)
         assert moved.max() > 0.2, 'a network that stands proves nothing'
 

@@ -4,7 +4,7 @@ What a controller does in an independent engine: `python -m training judge CONTR
 Every behaviour is asked for from slightly different starts, and figures are medians over them
 unless they say *worst*. `body_lengths_per_s` counts in the direction that was asked for,
 `heading_error_deg` is the size of the change of heading since the word. With `--imu-noise`,
-`--gyro-bias` or `--hard` the attitude comes from a simulated LSM6DSOX, one sample a frame, through
+`--gyro-bias` or `--hard` the attitude comes from a simulated LSM6DSOX, averaged over each frame, by
 the filter that the hardware node runs, and the robot stands for 6 s before the word, in which the
 filter learns the gyroscope's bias. `--switch S` also says a new word every S seconds, all ordered
 pairs from up to three starts: each must be obeyed within 2 s and still at its end.

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 class SimulatedImu:
     """
-    What the hardware node would know of the attitude, from one sample a frame.
+    What the hardware node would know of the attitude: each frame has the mean since the last one.
 
     Parameters
     ----------
