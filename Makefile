@@ -1,5 +1,5 @@
 # Each target sets up what it needs in .venv, the first time and every time.
-.PHONY: help setup build demo test lint bench faults figures study report clean
+.PHONY: help setup setup-demo build build-demo demo test lint docs bench faults figures study report clean
 PYTHON ?= python3
 export PYTHON
 # A domain of its own, on this machine only: nothing here meets another ROS system.
@@ -12,14 +12,24 @@ help:            ## Show the targets
 setup:           ## Make .venv with pinned requirements
 	@scripts/setup
 
-build: setup     ## Build the ROS 2 workspace with colcon
-	@[ -f ros2_ws/install/setup.bash ] || echo 'build: building ros2_ws with colcon (half a minute)'
-	@unset PYTHONPATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH; \
-	    . .venv/bin/activate && export AMENT_PREFIX_PATH="$$VIRTUAL_ENV" && cd ros2_ws && \
-	    colcon --log-level error build --event-handlers console_cohesion- >../.venv/colcon.log 2>&1 \
-	    || { cat ../.venv/colcon.log; exit 1; }
+setup-demo:
+	@scripts/setup demo
 
-demo: build      ## Walk the simulated robot by words; writes out/demo/
+define COLCON
+@[ -f ros2_ws/install/setup.bash ] || echo 'build: building ros2_ws with colcon (half a minute)'
+@unset PYTHONPATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH; \
+    . .venv/bin/activate && export AMENT_PREFIX_PATH="$$VIRTUAL_ENV" && cd ros2_ws && \
+    colcon --log-level error build --event-handlers console_cohesion- >../.venv/colcon.log 2>&1 \
+    || { cat ../.venv/colcon.log; exit 1; }
+endef
+
+build: setup     ## Build the ROS 2 workspace with colcon
+	$(COLCON)
+
+build-demo: setup-demo
+	$(COLCON)
+
+demo: build-demo ## Walk the simulated robot by words; writes out/demo/
 	@$(RUN) python -m demo --out out/demo
 
 test: build      ## Run all tests
@@ -28,6 +38,10 @@ test: build      ## Run all tests
 lint: setup      ## Style and types
 	@.venv/bin/ruff check .
 	@.venv/bin/mypy
+
+docs:            ## Build the documentation's site, strictly; writes out/site/
+	@scripts/setup docs
+	@.venv/bin/mkdocs build --quiet --strict
 
 bench: build     ## Measure the engines' speed and the robot's timing (ARGS=--json)
 	@$(RUN) python scripts/bench $(ARGS)

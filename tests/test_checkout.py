@@ -33,17 +33,16 @@ def test_clean_removes_what_make_built_and_no_run(tmp_path):
 def setup(tmp_path):
     """Return a function that runs scripts/setup with a Python that says its version is this."""
     (tmp_path / 'scripts').mkdir()
-    (tmp_path / 'requirements').mkdir()
-    (tmp_path / 'requirements' / 'dev.txt').write_text('')
+    shutil.copytree(ROOT / 'requirements', tmp_path / 'requirements')
     shutil.copy(ROOT / 'scripts' / 'setup', tmp_path / 'scripts')
     shutil.copy(ROOT / 'pyproject.toml', tmp_path)
     tools = tmp_path / 'tools'
     tools.mkdir()
     # No g++ and no apt-get among them.
-    for name in ('bash', 'cat', 'dirname', 'id', 'pwd', 'sha256sum'):
+    for name in ('bash', 'cat', 'dirname', 'grep', 'id', 'pwd', 'sha256sum'):
         (tools / name).symlink_to(shutil.which(name))
 
-    def run(minor):
+    def run(minor, group='all'):
         python = tmp_path / 'python'
         python.write_text(f"""#!{sys.executable}
 import sys
@@ -57,7 +56,8 @@ if '-c' in sys.argv:
 """)
         python.chmod(0o755)
         return subprocess.run(
-            ['bash', 'scripts/setup'], cwd=tmp_path, text=True, capture_output=True, check=False,
+            ['bash', 'scripts/setup', group], cwd=tmp_path, text=True, capture_output=True,
+            check=False,
             env={**os.environ, 'PATH': str(tools), 'PYTHON': str(python)})
     return run
 
@@ -75,6 +75,12 @@ def test_setup_needs_no_compiler_where_pybullet_has_a_wheel(setup):
     assert 'venv is reached' in tried.stderr
     assert tried.stdout == 'setup: making .venv\n', 'said before it is done'
     assert 'g++' not in tried.stderr
+
+
+def test_setup_knows_what_it_can_set_up(setup):
+    tried = setup(11, 'everything')
+    assert (tried.returncode, tried.stdout) == (2, '')
+    assert tried.stderr == "setup: expected demo, all or docs, got 'everything'\n"
 
 
 @pytest.fixture

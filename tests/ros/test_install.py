@@ -44,9 +44,8 @@ def test_data_files_are_installed_with_the_modules(installed, environment):
 
 #: Keys of rosdep for libraries from PyPI; those without one are in requirements/.
 ROSDEP = {'numpy': 'python3-numpy', 'yaml': 'python3-yaml', 'rich': 'python3-rich',
-          'rapidfuzz': 'python3-rapidfuzz-pip', 'pybullet': 'python3-pybullet-pip',
-          'numba': 'python3-numba', 'smbus2': 'python3-smbus2', 'scipy': 'python3-scipy',
-          'matplotlib': 'python3-matplotlib'}
+          'pybullet': 'python3-pybullet-pip', 'numba': 'python3-numba',
+          'smbus2': 'python3-smbus2', 'scipy': 'python3-scipy', 'matplotlib': 'python3-matplotlib'}
 NO_KEY = {'gensim', 'imufusion', 'adafruit_pca9685', 'mujoco', 'llvmlite'}
 #: Imported for one mode of a workstation only; the robot must not need them.
 OPTIONAL = {'w2b_hw': {'w2b_sim'}}

@@ -157,11 +157,11 @@ def test_every_commands_reader_may_go(unread, name):
 
 
 #: What a robot that rosdep alone set up may lack.
-OPTIONAL = ('rapidfuzz', 'gensim', 'rich', 'smart_open', 'scipy', 'pandas', 'matplotlib', 'numba',
+OPTIONAL = ('gensim', 'rich', 'smart_open', 'scipy', 'pandas', 'matplotlib', 'numba',
             'pybullet', 'mujoco', 'pydantic', 'smbus2', 'imufusion', 'adafruit_pca9685', 'board')
 
 
-@pytest.mark.parametrize('packages', [('rapidfuzz',), ('rich',), OPTIONAL], ids=str)
+@pytest.mark.parametrize('packages', [('rich',), OPTIONAL], ids=str)
 def test_hearing_needs_no_optional_package(packages, tmp_path):
     """What a brain does with words, with packages that a robot may lack taken away."""
     words = tmp_path / 'words.txt'

@@ -265,6 +265,21 @@ def test_what_cannot_be_taught(ear, vocabulary, word, behaviour, names):
         teach(ear, vocabulary, word, behaviour)
 
 
+@pytest.mark.parametrize('text', [
+    'foward', 'hlat', 'banananana', 'xqzvbbkw', 'interntionalizaton', 'a' * 64, 'x' * 999,
+    'a' * 1_000_000, '\U0001f916' * 300, '\u0432\u043f\u0435\u0440\u0451\u0434', 'walk foward'])
+def test_an_unknown_word_takes_at_most_5_ms_of_one_core(ear, vocabulary, text):
+    """Of the processor's time; suggestions are made for each."""
+    ear.understand('stop', vocabulary)
+    took = []
+    for _ in range(9):
+        start = time.thread_time()
+        answer = ear.understand(text, vocabulary)
+        took.append(time.thread_time() - start)
+    assert isinstance(answer, Refused)
+    assert np.median(took) < 5e-3
+
+
 def test_a_word_takes_at_most_5_ms_and_little_memory(ear, vocabulary):
     ear.understand('stop', vocabulary)
     words = [word for word in vocabulary.words[2000:2200] if word.isalpha()]

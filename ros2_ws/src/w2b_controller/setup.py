@@ -19,7 +19,7 @@ setup(
         (f'share/{package_name}/config', glob('config/*')),
         (f'share/{package_name}/launch', glob('launch/*.launch.py')),
     ],
-    install_requires=['setuptools', 'numpy', 'PyYAML', 'rapidfuzz', 'rich'],
+    install_requires=['setuptools', 'numpy', 'PyYAML', 'rich'],
     extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',

@@ -16,7 +16,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),
     ],
-    install_requires=['setuptools', 'numpy', 'PyYAML', 'rapidfuzz', 'rich'],
+    install_requires=['setuptools', 'numpy', 'PyYAML', 'rich'],
     extras_require={'test': ['pytest']},
     zip_safe=False,
     maintainer='the w2b maintainers',

@@ -179,6 +179,7 @@ class Listener:
         if vectors_sha256(list(ear.words), vocabulary) != ear.vectors_sha256:
             raise EarError(f'vocabulary {vocabulary.source}: expected the vectors of '
                            f'{ear.vocabulary}, which the ear was trained on, got others; {again}')
+        vocabulary.prepare()
         self._names = tuple(ear.words)
         self._known = self.points(self._names)
 

@@ -18,7 +18,8 @@ from w2b_core.vocabulary.errors import (
     VocabularyError,
     VocabularyFileError,
 )
-from w2b_core.vocabulary.nearest import nearest, spelt_like
+from w2b_core.vocabulary.nearest import nearest
+from w2b_core.vocabulary.spelling import Spellings
 from w2b_core.vocabulary.text import folded, spellings, tokens
 
 if TYPE_CHECKING:
@@ -183,7 +184,17 @@ class Vocabulary:
 
         Only the `SEARCHED_WORDS` most frequent words are looked at.
         """
-        return spelt_like(word, self.words[:SEARCHED_WORDS], count)
+        return self.spellings.like(word, count)
+
+    def prepare(self) -> None:
+        """Make now what the first word that is not there would wait for."""
+        self.find('')
+        self.suggestions('')
+
+    @cached_property
+    def spellings(self) -> Spellings:
+        """The frequent words by their letters: made once, in some 20 ms."""
+        return Spellings(self.words[:SEARCHED_WORDS])
 
     def vector(self, word: str) -> Array:
         """
