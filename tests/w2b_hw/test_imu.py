@@ -40,6 +40,7 @@ def bench(request):
 
 
 def test_a_sample_is_what_the_motion_is(bench):
+    bench.read()
     motion = bench.robot.motion
     motion.acceleration_m_s2 = (1.5, -3.0, 9.0)
     motion.angular_velocity_rad_s = (0.5, -1.0, 3.0)

@@ -79,8 +79,9 @@ ROWS = (
     Row('servos -20 %', {'servo': 0.8}), Row('all together (--hard)', {'hard': True}, starts=20),
     Row('no IMU', {'no_imu': True}, imu=False))
 HEAD = ('| conditions | engine, starts | forward / backward, body lengths/s (worst) | '
-        'worst heading, degrees | sideways, worst | left / right, degrees | turning, displacement | '
-        'stop, drift | fastest joint, Hz | at speed limit | falls | misses |\n' + '|---' * 12 + '|')
+        'worst heading, degrees | sideways, worst | left / right, degrees | '
+        'turning, displacement | stop, drift | fastest joint, Hz | at speed limit | '
+        'falls | misses |\n' + '|---' * 12 + '|')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
