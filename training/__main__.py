@@ -50,6 +50,7 @@ COMMANDS = {
     'report': ('training.report.command', "a study's tables and figures as one HTML file"),
     'robustness': ('training.study.robustness', "re-score a study's champions elsewhere"),
     'fidelity': ('training.measure.fidelity', 'how closely the engines repeat recorded traces'),
+    'servos': ('training.measure.servos', 'what a controller asks of its servos, an estimate'),
     'bench': ('training.measure.bench', 'evaluations a second of the engines'),
 }
 
