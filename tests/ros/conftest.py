@@ -33,8 +33,8 @@ def installed(tmp_path_factory) -> Path:
         [sys.executable, '-m', 'colcon', '--log-base', str(folder / 'log'), 'build',
          '--base-paths', str(SOURCES), '--build-base', str(folder / 'build'),
          '--install-base', str(folder / 'install'),
-         '--packages-select', 'w2b_core', 'w2b_ros', 'w2b_controller', 'w2b_sim',
-         'w2b_hw'],
+         '--packages-select', 'w2b_core', 'w2b_ros', 'w2b_controller', 'w2b_description',
+         'w2b_sim', 'w2b_hw'],
         cwd=folder, env=environment, check=True, capture_output=True, timeout=600)
     return folder / 'install'
 

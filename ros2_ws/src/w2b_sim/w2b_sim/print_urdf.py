@@ -6,12 +6,10 @@ import argparse
 from collections.abc import Sequence
 
 from w2b_core import bodies
-from w2b_core.bodies.urdf import to_urdf
+from w2b_core.bodies.urdf import describe
 from w2b_core.command_process import command
 from w2b_core.registry import use_plugin
 
-#: Of the IMU messages of `sim` and `hardware`.
-IMU_FRAME = 'imu_link'
 ABOUT = """\
 Print a body's URDF, which robot_state_publisher, RViz and other simulators read:
 
@@ -28,7 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit code."""
     parser = argparse.ArgumentParser(prog='urdf', description=ABOUT,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('body', metavar='BODY', help='one of ' + ', '.join(bodies.names()))
+    parser.add_argument('body', metavar='BODY', help='one of ' + ', '.join(bodies.names())
+                        + ', or a file such as my_robot.yaml')
     parser.add_argument('--plugin', action='append', default=[], metavar='FILE.py',
                         help='a file that registers bodies')
     options = parser.parse_args(arguments)
@@ -38,5 +37,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
         body = bodies.get(options.body)
     except ValueError as error:
         parser.error(str(error))
-    print(to_urdf(body, imu_frame=IMU_FRAME))
+    print(describe(body))
     return 0

@@ -46,12 +46,15 @@ for _name, _target, _extras, _about in (
         ('teach', 'w2b_controller.cli.teach:main', '', "add a word to a controller's ear"),
         ('brain', 'w2b_controller.brain:main', 'ros', 'the node that hears words, moves a body'),
         ('sim', 'w2b_sim.sim:main', 'sim,ros', 'the node that simulates a body'),
+        ('description', 'w2b_description.description:main', 'ros',
+         'the node that publishes robot_description and tf'),
         ('hardware', 'w2b_hw.node:main', 'hw,ros', 'the node that drives the servos of a robot'),
         ('calibrate', 'w2b_hw.entry:calibrate', 'hw', 'calibrate the servos, one by one'),
         ('preflight', 'w2b_hw.entry:preflight', 'hw', 'check the robot before it is armed'),
         ('relax', 'w2b_hw.relax:main', 'hw', 'all servos off; needs nothing but the bus'),
         ('emulator', 'w2b_hw.entry:emulator', 'hw', 'the chips of a robot, emulated'),
         ('urdf', 'w2b_sim.print_urdf:main', '', "print a body's robot description"),
+        ('robot', 'w2b_sim.own_robot.command:main', 'train', 'your own robot: draft, check it'),
         ('vocabulary', 'w2b_core.vocabulary.command:main', '', 'word vectors: install, look up'),
         ('train', 'training.__main__:main', 'train', 'evolution, the study, what is measured')):
     COMMANDS.add(_name, Command(_target, _about, _extras))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isinf
 from xml.etree import ElementTree
 
@@ -10,11 +11,22 @@ import numpy as np
 from w2b_core.bodies.inertia import link_inertia
 from w2b_core.bodies.model import Body, Box, Capsule, Cylinder, Link, Placed, Shape, Vector
 from w2b_core.bodies.turning import from_rpy, to_rpy
+from w2b_core.bodies.visuals import COLOURS as MATERIALS
+from w2b_core.bodies.visuals import Visual, Visuals, of
 
+#: Frame of the IMU messages.
+IMU_FRAME = 'imu_link'
+#: Of links that are drawn as their collision shapes: by the joints between the base and them.
 COLOURS = ((0.85, 0.45, 0.15, 1.0), (0.20, 0.45, 0.70, 1.0), (0.15, 0.20, 0.30, 1.0))
 
 
-def to_urdf(body: Body, *, capsule_element: bool = False, imu_frame: str = '') -> str:
+def describe(body: Body) -> str:
+    """Return the robot description of `body`, for people and tools: drawn parts, IMU's frame."""
+    return to_urdf(body, imu_frame=IMU_FRAME, visuals=of(body))
+
+
+def to_urdf(body: Body, *, capsule_element: bool = False, imu_frame: str = '',
+            visuals: Visuals | None = None) -> str:
     """
     Return the URDF document of `body`.
 
@@ -28,14 +40,20 @@ def to_urdf(body: Body, *, capsule_element: bool = False, imu_frame: str = '') -
     imu_frame
         Name of the frame of the IMU messages: a link without mass at the base's origin, with its
         axes. Physics engines need none, and get none.
+    visuals
+        Drawn parts by link; a link that is not in it is drawn as its collision shapes.
 
     """
-    robot = ElementTree.Element('robot', name=body.name)
-    for index, colour in enumerate(COLOURS):
-        material = ElementTree.SubElement(robot, 'material', name=f'colour_{index}')
+    robot, drawn = ElementTree.Element('robot', name=body.name), visuals or {}
+    used = {part.colour for parts in drawn.values() for part in parts}
+    for name, colour in (*((f'colour_{index}', colour) for index, colour in enumerate(COLOURS)),
+                         *((name, MATERIALS[name]) for name in sorted(used))):
+        material = ElementTree.SubElement(robot, 'material', name=name)
         ElementTree.SubElement(material, 'color', rgba=_numbers(colour))
     for link in body.links:
-        _add_link(robot, link, _depth(body, link), capsule_element)
+        plain = [Visual(placed.shape, f'colour_{min(_depth(body, link), len(COLOURS) - 1)}',
+                        placed.centre_m, placed.rpy_rad) for placed in link.shapes]
+        _add_link(robot, link, drawn.get(link.name, plain), capsule_element)
     for joint in body.joints:
         speed = max(joint.servo.max_speed_up_rad_s, 0.0)
         if not isinf(joint.servo.max_speed_down_rad_s):
@@ -58,7 +76,8 @@ def to_urdf(body: Body, *, capsule_element: bool = False, imu_frame: str = '') -
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding='unicode') + '\n'
 
 
-def _add_link(robot: ElementTree.Element, link: Link, depth: int, capsule_element: bool) -> None:
+def _add_link(robot: ElementTree.Element, link: Link, visuals: Sequence[Visual],
+              capsule_element: bool) -> None:
     element = ElementTree.SubElement(robot, 'link', name=link.name)
     inertial = ElementTree.SubElement(element, 'inertial')
     ElementTree.SubElement(inertial, 'origin', xyz=_numbers(link.centre_m), rpy='0 0 0')
@@ -67,16 +86,23 @@ def _add_link(robot: ElementTree.Element, link: Link, depth: int, capsule_elemen
     ElementTree.SubElement(inertial, 'inertia', {
         'i' + 'xyz'[row] + 'xyz'[column]: _number(tensor[row, column])
         for row in range(3) for column in range(row, 3)})
-    for kind in ('visual', 'collision'):
-        for tag, size, centre, rpy in (primitive for placed in link.shapes
-                                       for primitive in _placed(placed, capsule_element)):
-            part = ElementTree.SubElement(element, kind)
-            ElementTree.SubElement(part, 'origin', xyz=_numbers(centre), rpy=_numbers(rpy))
-            geometry = ElementTree.SubElement(part, 'geometry')
-            ElementTree.SubElement(geometry, tag, size)
-            if kind == 'visual':
-                name = f'colour_{min(depth, len(COLOURS) - 1)}'
-                ElementTree.SubElement(part, 'material', name=name)
+    for visual in visuals:
+        for part in _add_shape(element, 'visual', Placed(
+                visual.shape, visual.centre_m, visual.rpy_rad), capsule_element):
+            ElementTree.SubElement(part, 'material', name=visual.colour)
+    for placed in link.shapes:
+        _add_shape(element, 'collision', placed, capsule_element)
+
+
+def _add_shape(link: ElementTree.Element, kind: str, placed: Placed,
+               capsule_element: bool) -> list[ElementTree.Element]:
+    """Add a shape to a link as elements of a kind; return them."""
+    added = []
+    for tag, size, centre, rpy in _placed(placed, capsule_element):
+        added.append(ElementTree.SubElement(link, kind))
+        ElementTree.SubElement(added[-1], 'origin', xyz=_numbers(centre), rpy=_numbers(rpy))
+        ElementTree.SubElement(ElementTree.SubElement(added[-1], 'geometry'), tag, size)
+    return added
 
 
 def _placed(placed: Placed, capsule_element: bool

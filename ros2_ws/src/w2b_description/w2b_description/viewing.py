@@ -1,0 +1,68 @@
+"""
+Nodes that show a robot, for launch files: robot_state_publisher, `description` and RViz.
+
+Needs `launch_ros`, which comes with a standard ROS 2.
+"""
+
+from __future__ import annotations
+
+from launch.actions import Shutdown
+from launch.substitutions import PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+from w2b_core import bodies
+from w2b_core.bodies.urdf import describe
+from w2b_ros import launching
+
+PACKAGE = 'w2b_description'
+#: Body that is shown unless another is named, as of `sim` and `hardware`.
+BODY = 'physical_twin'
+ARGUMENTS = {
+    'rviz': 'true or false: whether RViz shows the robot, true unless given',
+    'fixed_frame': 'that RViz holds still: odom unless given; base_footprint for a physical robot, '
+                   'which has no odometry',
+}
+
+
+def description_nodes(given: launching.Given, body: str, clock_topic: str) -> list[Node]:
+    """
+    Return what publishes the robot description and all frames.
+
+    Parameters
+    ----------
+    given
+        Arguments of the launch file.
+    body
+        Name of a registered body.
+    clock_topic
+        Where simulated time is told.
+
+    """
+    time = given.parameters(use_sim_time=bool)
+    state = Node(
+        package='robot_state_publisher', executable='robot_state_publisher', output='screen',
+        namespace=given.text('namespace'), remappings=[('/clock', clock_topic)],
+        parameters=[{
+            'robot_description': ParameterValue(describe(bodies.get(body)), value_type=str),
+            'frame_prefix': given.text('frame_prefix'), **time}])
+    own = launching.node(
+        given, PACKAGE, 'description', clock_topic=clock_topic,
+        defaults={'body': body, 'robot_description': False, 'joint_transforms': False},
+        frame_prefix=str)
+    return [state, own]
+
+
+def rviz_nodes(given: launching.Given, clock_topic: str) -> list[Node]:
+    """Return RViz with the view of this package; nothing with `rviz:=false`."""
+    if given.text('rviz', 'true') == 'false':
+        return []
+    frame = given.text('frame_prefix') + given.text('fixed_frame', 'odom')
+    view = PathJoinSubstitution([FindPackageShare(PACKAGE), 'rviz', 'w2b.rviz'])
+    time = given.parameters(use_sim_time=bool)
+    return [Node(
+        package='rviz2', executable='rviz2', output='screen', namespace=given.text('namespace'),
+        arguments=['-d', view, '-f', frame], remappings=[('/clock', clock_topic)],
+        parameters=[time] if time else [],
+        on_exit=[Shutdown(reason='RViz was closed')])]
