@@ -52,6 +52,8 @@ COMMANDS = {
     'robustness': ('training.study.robustness', "re-score a study's champions elsewhere"),
     'fidelity': ('training.measure.fidelity', 'how closely the engines repeat recorded traces'),
     'servos': ('training.measure.servos', 'what a controller asks of its servos, an estimate'),
+    'standing': ('training.measure.standing', 'sweeps that a body stands still with, and their '
+                 'cost'),
     'bench': ('training.measure.bench', 'evaluations a second of the engines'),
 }
 

@@ -26,7 +26,7 @@ from training.legs.parts import (
     Worlds,
 )
 from w2b_core import bodies
-from w2b_core.courses import DEFAULT_BEHAVIOURS, course_of
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS, course_of
 from w2b_core.network.sharing import Sharing
 from w2b_core.network.symmetry import MIRRORS, Mirror, find_mirror, find_mirrors, limbs_of
 from w2b_core.senses import SENSES, split
