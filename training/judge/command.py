@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -111,10 +111,10 @@ def _judge(args: argparse.Namespace) -> int:
     return 0
 
 
-def judge(controller: Controller, plan: Plan, starts: int, processes: int = 1
-          ) -> dict[str, Any]:
+def judge(controller: Controller, plan: Plan, starts: int, processes: int = 1, *,
+          only: Collection[str] = ()) -> dict[str, Any]:
     """
-    Return what `--json` prints.
+    Return what `--json` prints; with `only`, of these behaviours.
 
     Raises
     ------
@@ -124,7 +124,8 @@ def judge(controller: Controller, plan: Plan, starts: int, processes: int = 1
 
     """
     body = controller.described()
-    commands = commands_of(controller)
+    commands = {name: heard for name, heard in commands_of(controller).items()
+                if not only or name in only}
     every = trials(body, WORLDS[body.world], plan.conditions, starts)
     seen = list(_run(controller, commands, every, plan, processes))
     return summary(seen, body.length_m)
