@@ -42,8 +42,6 @@ play: build-play ## Talk to a robot in the browser (ROBOT=, ENGINE=, HARDWARE=si
 	@$(RUN) w2b play $(if $(ROBOT),--robot $(ROBOT)) $(if $(ENGINE),--engine $(ENGINE)) \
 	    $(if $(HARDWARE),--hardware $(HARDWARE)) $(if $(PORT),--port $(PORT)) $(ARGS)
 
-test: build      ## Run all tests
-	@$(RUN) python -m pytest -q
 test: build      ## Run all tests: two at a time, then those against the clock one by one
 	@$(RUN) python -m pytest -q -n 2 --dist loadfile -m 'not realtime'
 	@$(RUN) python -m pytest -q -m realtime
