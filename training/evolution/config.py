@@ -8,6 +8,7 @@ from typing import Any
 
 from training.evolution.engines import ENGINES, PRECISIONS
 from training.evolution.objectives import AGGREGATES, OBJECTIVES
+from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.evolution.treatments import TREATMENTS, Words
 from w2b_core import bodies
 from w2b_core.behaviours import BEHAVIOURS
@@ -49,6 +50,8 @@ class RunConfig:
         Length of the run and AFPO's capacity (paper: 6,000 and 50).
     treatment
         A name of `treatments.TREATMENTS`.
+    optimiser
+        A name of `optimisers.OPTIMISERS`.
     objective, aggregate
         Names of `objectives.OBJECTIVES` and `objectives.AGGREGATES`.
     starts
@@ -70,6 +73,7 @@ class RunConfig:
     generations: int = 6000
     population: int = 50
     treatment: str = 'experimental'
+    optimiser: str = PAPER
     objective: str = 'program'
     aggregate: str = 'sum'
     starts: int = 1
@@ -81,7 +85,8 @@ class RunConfig:
     def __post_init__(self) -> None:
         """Check every field (ValueError, naming it, with what was expected and what came)."""
         known: dict[str, tuple[str, ...]] = {
-            'body': bodies.names(), 'treatment': TREATMENTS, 'objective': tuple(OBJECTIVES),
+            'body': bodies.names(), 'treatment': TREATMENTS,
+            'optimiser': OPTIMISERS.names(), 'objective': tuple(OBJECTIVES),
             'aggregate': AGGREGATES, 'engine': ENGINES, 'precision': PRECISIONS}
         for name, choices in known.items():
             if getattr(self, name) not in choices:
@@ -132,8 +137,10 @@ class RunConfig:
         return replace(self, words=spell(self.words), held_out=spell(self.held_out))
 
     def to_json(self) -> dict[str, Any]:
-        """Return the configuration as a JSON object."""
+        """Return the configuration as a JSON object; the paper's optimiser goes without saying."""
         value = asdict(self)
+        if self.optimiser == PAPER:  # as in all runs from before there was another
+            del value['optimiser']
         value['words'] = [list(pair) for pair in self.words]
         value['held_out'] = [list(pair) for pair in self.held_out]
         return value

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from training.configuration import Count, NotNegative, Positive, Seed, Strict, one_of
+from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.robust.objective import AGGREGATES
 from training.robust.settings import (
     Careful,
@@ -31,6 +32,7 @@ class Training(Strict):
     move_noise: NotNegative = 0.02
     careful: Careful | None = Careful()
     touch: Touch = Touch()
+    optimiser: one_of(OPTIMISERS.names) = PAPER  # type: ignore[valid-type]
     aggregate: one_of(lambda: AGGREGATES) = 'balanced'  # type: ignore[valid-type]
 
 

@@ -11,6 +11,7 @@ from pydantic.dataclasses import dataclass
 
 from training.configuration import STRICT, NotNegative, Seed, Share, one_of
 from training.evolution.config import check_each_once
+from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.evolution.treatments import Words
 from training.robust.objective import AGGREGATES
 from training.robust.scenarios import MOVE_NOISE, check_directions
@@ -50,6 +51,8 @@ class RobustConfig:
         Weight of the newest draw in an individual's fitness.
     tolerance
         A child may be this much worse than its parent in the first situations and still be tried.
+    optimiser
+        A name of `optimisers.OPTIMISERS`.
     aggregate
         How three behaviours make one fitness, see `objective.fitness`.
 
@@ -70,6 +73,7 @@ class RobustConfig:
     touch: Touch = Touch()
     newest: Share = 0.3
     tolerance: NotNegative = 0.01
+    optimiser: one_of(OPTIMISERS.names) = PAPER  # type: ignore[valid-type]
     aggregate: one_of(lambda: AGGREGATES) = 'balanced'  # type: ignore[valid-type]
 
     def __post_init__(self) -> None:
