@@ -32,8 +32,9 @@ build-demo: setup-demo
 demo: build-demo ## Walk the simulated robot by words; writes out/demo/
 	@$(RUN) python -m demo --out out/demo
 
-test: build      ## Run all tests
-	@$(RUN) python -m pytest -q
+test: build      ## Run all tests: two at a time, then those against the clock one by one
+	@$(RUN) python -m pytest -q -n 2 --dist loadfile -m 'not realtime'
+	@$(RUN) python -m pytest -q -m realtime
 
 lint: setup      ## Style and types
 	@.venv/bin/ruff check .
@@ -41,7 +42,7 @@ lint: setup      ## Style and types
 
 docs:            ## Build the documentation's site, strictly; writes out/site/
 	@scripts/setup docs
-	@.venv/bin/mkdocs build --quiet --strict
+	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet --strict && echo "docs: out/site/index.html"
 
 bench: build     ## Measure the engines' speed and the robot's timing (ARGS=--json)
 	@$(RUN) python scripts/bench $(ARGS)

@@ -49,6 +49,8 @@ COMMANDS = {
     'report': ('training.report.command', "a study's tables and figures as one HTML file"),
     'robustness': ('training.study.robustness', "re-score a study's champions elsewhere"),
     'fidelity': ('training.measure.fidelity', 'how closely the engines repeat recorded traces'),
+    'standing': ('training.measure.standing', 'sweeps that a body stands still with, and their '
+                 'cost'),
     'bench': ('training.measure.bench', 'evaluations a second of the engines'),
 }
 

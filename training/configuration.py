@@ -12,7 +12,16 @@ from difflib import get_close_matches
 from typing import Annotated, Any, get_args
 
 import yaml
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+)
+
+from w2b_core import bodies
 
 #: No count of anything is larger; without a bound a slip of the finger hangs.
 MOST = 1_000_000
@@ -25,6 +34,15 @@ Positive = Annotated[float, Field(gt=0, lt=1e6)]
 NotNegative = Annotated[float, Field(ge=0, lt=1e6)]
 Share = Annotated[float, Field(ge=0, le=1)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
+
+
+def _body(name: str) -> str:
+    bodies.check(name)
+    return name
+
+
+#: A registered body, or a file that describes one.
+BodyName = Annotated[str, AfterValidator(_body)]
 
 
 class ConfigError(ValueError):

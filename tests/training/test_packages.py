@@ -19,7 +19,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     'report': {'evolution', 'study'},
 }
 #: Modules of `training` itself that every package may import.
-BELOW_ALL = {'configuration'}
+BELOW_ALL = {'carried_body', 'configuration'}
 
 
 def imports(path: Path) -> Iterator[str]:

@@ -21,10 +21,16 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from training import carried_body
 from training.evolution import checkpoint, rundir, treatments
 from training.evolution.champion import WordOutcome, outcomes, write_champion
 from training.evolution.config import RunConfig
-from training.evolution.engines import TimedEvaluator, make_evaluator, refuse_unsupported
+from training.evolution.engines import (
+    TimedEvaluator,
+    make_evaluator,
+    needs_complete,
+    refuse_unsupported,
+)
 from training.evolution.exact import Exact
 from training.evolution.loop import CLOCKS, HISTORY, Loop, Progress
 from training.evolution.operators import Array, Layout
@@ -128,7 +134,8 @@ def run(config: RunConfig, directory: Path | str,
                    for word, _behaviour in config.words + config.held_out}
     names = [word for word, _behaviour in config.words + config.held_out]
     heard = treatments.treated(vectors, names, config.treatment, config.seed)
-    identity = {'config': config.to_json(), **(program or {'program_version': __version__}),
+    identity = {'config': config.to_json(), **carried_body.identity(config.body),
+                **(program or {'program_version': __version__}),
                 'vectors': {name: treatments.vector_hash(vector)
                             for name, vector in zip(names, heard, strict=True)}}
     if evaluator is None:
@@ -136,12 +143,15 @@ def run(config: RunConfig, directory: Path | str,
     # What cannot be used is refused before anything is written.
     _start(config, Layout.of(bodies.get(config.body)), np.random.default_rng(0))
     with RunDirectory(Path(directory), identity) as place:
+        carried_body.keep(config.body, place.path)
         finished = place.path / rundir.SUMMARY
         if finished.exists() and _summary(finished)['generations'] == config.generations:
             return load_result(place.path)
         with closing(TimedEvaluator(evaluator or make_evaluator(
                 config.engine, bodies.get(config.body), WORLDS[config.world],
-                precision=config.precision, threads=threads, say=say))) as engine:
+                precision=config.precision, threads=threads, say=say,
+                complete=needs_complete(behaviour for _word, behaviour in
+                                        config.words + config.held_out)))) as engine:
             loop = _evolve(config, heard, engine, place,
                            evaluator is None and config.engine == 'batched', say)
             loop.run(config.generations, progress, checkpoint_s=checkpoint_s,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.judge.trial import FALLEN_UP, Seen
-from w2b_core.courses import course_of
+from w2b_core.behaviours import course_of
 from w2b_sim.recording import PhaseOutcome
 
 Array = NDArray[np.float64]

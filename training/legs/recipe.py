@@ -26,7 +26,7 @@ from training.legs.parts import (
     Worlds,
 )
 from w2b_core import bodies
-from w2b_core.courses import DEFAULT_BEHAVIOURS, course_of
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS, course_of
 from w2b_core.network.sharing import Sharing
 from w2b_core.network.symmetry import MIRRORS, Mirror, find_mirror, find_mirrors, limbs_of
 from w2b_core.senses import SENSES, split
@@ -66,9 +66,7 @@ class Recipe(Strict):
 
     @model_validator(mode='after')
     def _fits_together(self) -> Recipe:
-        if self.body not in bodies.names():
-            raise ValueError(f'body: expected one of {", ".join(bodies.names())}, '
-                             f'got {self.body!r}')
+        bodies.check(self.body)
         if self.world not in WORLDS:
             raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {self.world!r}')
         from w2b_core.behaviours import BEHAVIOURS

@@ -13,12 +13,12 @@ from typing import Annotated, Any, cast
 from pydantic import Field, ValidationError, model_validator
 
 from training.configuration import (
+    BodyName,
     ConfigError,
     Positive,
     Seed,
     Strict,
     explain,
-    one_of,
     read_yaml,
 )
 from training.pipeline.parts import Choose, Evolve, Examine, Gate, Pretrain, Step, Training
@@ -51,7 +51,7 @@ class Recipe(Strict):
     """
 
     name: str
-    body: one_of(bodies.names)  # type: ignore[valid-type]
+    body: BodyName
     vocabulary: str = 'default'
     words: Roles
     move_m: Positive

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, TypeAdapter
 from pydantic.dataclasses import dataclass
 
-from training.configuration import STRICT, NotNegative, Seed, Share, one_of
+from training.configuration import STRICT, BodyName, NotNegative, Seed, Share, one_of
 from training.evolution.config import check_each_once
 from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.evolution.treatments import Words
@@ -58,7 +58,7 @@ class RobustConfig:
 
     """
 
-    body: one_of(bodies.names)  # type: ignore[valid-type]
+    body: BodyName
     seed: Seed
     words: Words
     stages: Annotated[tuple[Stage, ...], Field(min_length=1)]

@@ -1,4 +1,4 @@
-"""Install the robot's mind, which needs no ROS, as an ament_python package."""
+"""Install the package, which needs no ROS, as an ament_python package."""
 
 from xml.etree import ElementTree
 
@@ -10,14 +10,15 @@ setup(
     name=package_name,
     version=ElementTree.parse('package.xml').findtext('version'),
     packages=find_packages(exclude=['test']),
-    package_data={package_name: ['py.typed', 'controllers/*.json', 'vocabularies/*',
-                                 'vocabularies/*/*', 'vocabularies/*/*/*']},
+    package_data={package_name: ['py.typed', 'bodies/*.yaml', 'controllers/*.json',
+                                 'vocabularies/*', 'vocabularies/*/*', 'vocabularies/*/*/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),
     ],
-    install_requires=['setuptools', 'numpy', 'PyYAML', 'rich'],
-    extras_require={'test': ['pytest']},
+    install_requires=['setuptools', 'numpy', 'PyYAML'],
+    # defusedxml: bodies from a maker's URDF.  rich: the progress of `vocabulary install`.
+    extras_require={'test': ['pytest'], 'urdf': ['defusedxml'], 'progress': ['rich']},
     zip_safe=False,
     maintainer='the w2b maintainers',
     maintainer_email='w2b@users.noreply.github.com',

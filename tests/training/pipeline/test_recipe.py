@@ -43,7 +43,7 @@ def test_a_shipped_recipe_says_what_the_shipped_champion_was_made_by(body, name)
 
 
 @pytest.mark.parametrize(('changes', 'message'), [
-    ({'body': 'quadrupd'}, "body: expected one of .*; got 'quadrupd' .did you mean 'quadruped'"),
+    ({'body': 'quadrupd'}, "body: expected one of .*, or a file such as .*, got 'quadrupd'"),
     ({'mov_m': 1}, "the recipe: unknown field 'mov_m' .did you mean 'move_m'"),
     ({'move_m': -1}, 'move_m: expected a number greater than 0, got -1'),
     ({'training': {'populaton': 3}}, r"training: unknown field 'populaton' .did you mean"),

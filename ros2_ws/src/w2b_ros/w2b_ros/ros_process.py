@@ -41,7 +41,7 @@ class RunnableNode(Protocol):
     exit_code: int | None
 
     def close(self) -> None:
-        """Do the last things while ROS is still up."""
+        """Release what the node holds while ROS is still up."""
 
 
 def own(arguments: Sequence[str]) -> list[str]:

@@ -1,5 +1,5 @@
 """
-The English of commands that vectors cannot tell: function words, negations, pairs of words.
+English that word vectors do not resolve: function words, negations, pairs of words.
 
 Vectors of single words say nothing about *not*, and mislead about particles: *down* in *sit down*,
 *left* in *turn left*. These are few, closed and known, so they are rules.

@@ -41,7 +41,7 @@ class Asked:
     Attributes
     ----------
     behaviour
-        Empty if it asks for nothing, or for what cannot be told.
+        Empty if it asks for nothing, or the sentence is ambiguous.
     because
         The word that decided; None if none did.
     problem

@@ -2,7 +2,7 @@
 MuJoCo: the second engine that the `sim` node runs, and the second judge of champions.
 
 It shares the body's description and the servo law with PyBullet, and nothing else: its contacts
-are soft where PyBullet's are impulses. A gait that walks in one only is no gait.
+are soft where PyBullet's are impulses. A gait has to walk in both.
 
 A servo is a motor constraint of limited torque. MuJoCo has none; a joint's dry friction is one
 whose velocity to hold is 0, so its reference acceleration is replaced, in every step, by the one
