@@ -92,7 +92,7 @@ class Loop:
                  place: RunDirectory | None = None) -> None:
         self.optimiser, self.task, self.rng, self.place = optimiser, task, rng, place
         self.clocks = dict.fromkeys(CLOCKS, 0.0)
-        self._history: list[tuple[float, ...]] = []
+        self._history = np.zeros((0, len(HISTORY)))
         state = place.resume(rng) if place is not None else None
         if place is not None and state is not None:
             try:
@@ -105,14 +105,18 @@ class Loop:
     def _restore(self, state: dict[str, NDArray[Any]]) -> None:
         self.optimiser.restore(state)
         self.task.restore(state, self.optimiser)
-        self._history = [tuple(row) for row in
-                         state['history'][:self.optimiser.generation].tolist()]
+        self._history = np.array(state['history'][:self.optimiser.generation])
         self.clocks = dict(zip(CLOCKS, state['clocks'].tolist(), strict=True))
 
     @property
     def history(self) -> Array:
         """What each generation came to, shape (generations, len(HISTORY))."""
-        return np.array(self._history).reshape(-1, len(HISTORY))
+        return self._history[:self.optimiser.generation]
+
+    def reserve(self, generations: int) -> None:
+        """Make room for the history of so many generations (MemoryError)."""
+        missing = max(0, generations - len(self._history))
+        self._history = np.concatenate([self._history, np.zeros((missing, len(HISTORY)))])
 
     def run(self, generations: int, progress: Callable[[Progress], None] | None = None, *,
             checkpoint_s: float = 10.0, checkpoint_generations: int | None = None) -> None:
@@ -122,6 +126,7 @@ class Loop:
         `progress` is called after each. A checkpoint is written when `checkpoint_s` seconds, or
         `checkpoint_generations` generations, have gone by since the last, and at the end.
         """
+        self.reserve(generations)
         optimiser, task = self.optimiser, self.task
         began = mark = saved = perf_counter()
         saved_generation = optimiser.generation
@@ -154,9 +159,9 @@ class Loop:
     def _record(self, evaluations: int) -> None:
         population = self.optimiser.population
         best = population.best
-        self._history.append((
-            float(population.fitness[best]), float(np.median(population.fitness)),
-            float(population.ages[best]), float(len(population)), float(evaluations)))
+        self._history[self.optimiser.generation - 1] = (
+            population.fitness[best], np.median(population.fitness), population.ages[best],
+            len(population), evaluations)
 
     def _save(self) -> None:
         if self.place is not None:

@@ -200,6 +200,7 @@ def _evolve(config: RunConfig, heard: Array, engine: TimedEvaluator, place: RunD
                  [behaviour for _word, behaviour in config.words], starts, config.objective,
                  config.aggregate)
     loop = Loop(_start(config, layout, rng), task, rng, place)
+    loop.reserve(config.generations)
     if loop.optimiser.generation and say is not None:
         say(f'goes on from generation {loop.optimiser.generation} of {config.generations}')
     if prepare:

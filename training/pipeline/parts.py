@@ -32,8 +32,8 @@ class Training(Strict):
     move_noise: NotNegative = 0.02
     careful: Careful | None = Careful()
     touch: Touch = Touch()
-    optimiser: one_of(OPTIMISERS.names) = PAPER  # type: ignore[valid-type]
-    aggregate: one_of(lambda: AGGREGATES) = 'balanced'  # type: ignore[valid-type]
+    optimiser: Annotated[str, one_of(OPTIMISERS.names)] = PAPER
+    aggregate: Annotated[str, one_of(lambda: AGGREGATES)] = 'balanced'
 
 
 class Pretrain(Strict):

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, TypeAdapter
 from pydantic.dataclasses import dataclass
 
-from training.configuration import STRICT, BodyName, NotNegative, Seed, Share, one_of
+from training.configuration import STRICT, BodyName, NotNegative, Seed, Share, one_line, one_of
 from training.evolution.config import check_each_once
 from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.evolution.treatments import Words
@@ -20,6 +20,7 @@ from w2b_core import bodies
 from w2b_sim.worlds import WORLDS, World
 
 
+@one_line('training in drawn worlds')
 @dataclass(frozen=True, config=STRICT)
 class RobustConfig:
     """
@@ -73,8 +74,8 @@ class RobustConfig:
     touch: Touch = Touch()
     newest: Share = 0.3
     tolerance: NotNegative = 0.01
-    optimiser: one_of(OPTIMISERS.names) = PAPER  # type: ignore[valid-type]
-    aggregate: one_of(lambda: AGGREGATES) = 'balanced'  # type: ignore[valid-type]
+    optimiser: Annotated[str, one_of(OPTIMISERS.names)] = PAPER
+    aggregate: Annotated[str, one_of(lambda: AGGREGATES)] = 'balanced'
 
     def __post_init__(self) -> None:
         """Check the fields (ValueError, naming the field, with what was expected and what came)."""

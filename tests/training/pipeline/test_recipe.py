@@ -56,7 +56,7 @@ def test_a_shipped_recipe_says_what_the_shipped_champion_was_made_by(body, name)
     ({'steps': BASE['steps'][:-1]}, 'choose and examine last'),
     (step(2, seed=0), 'steps: walks: expected other starts than those of final, got the same seed'),
     (step(2, name='walk'), "steps: expected each name once, got 'walk' twice"),
-    (step(1, step='evolv'), r"steps\[1\]\.step: expected one of 'pretrain', .*; got 'evolv'"),
+    (step(1, step='evolv'), r"steps\[1\]\.step: expected one of 'pretrain', .*, got 'evolv'"),
     (step(1, discard_below=[0, 0, 0]), 'discard_below: expected at most 2 bounds, got 3'),
     (step(1, stages=[{**BASE['steps'][1]['stages'][0], 'generations': 0}]),
      r'stages\[0\]\.generations: expected a number greater than or equal to 1, got 0'),
