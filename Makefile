@@ -1,5 +1,5 @@
 # Each target sets up what it needs in .venv, the first time and every time.
-.PHONY: help setup setup-demo build build-demo demo test lint docs bench faults figures study report clean
+.PHONY: help setup setup-demo setup-play build build-demo build-play demo play test lint docs bench faults figures study report clean
 PYTHON ?= python3
 export PYTHON
 # A domain of its own, on this machine only: nothing here meets another ROS system.
@@ -29,8 +29,18 @@ build: setup     ## Build the ROS 2 workspace with colcon
 build-demo: setup-demo
 	$(COLCON)
 
+setup-play:
+	@scripts/setup play
+
+build-play: setup-play
+	$(COLCON)
+
 demo: build-demo ## Walk the simulated robot by words; writes out/demo/
 	@$(RUN) python -m demo --out out/demo
+
+play: build-play ## Talk to a robot in the browser (ROBOT=, ENGINE=, HARDWARE=simulated, PORT=)
+	@$(RUN) w2b play $(if $(ROBOT),--robot $(ROBOT)) $(if $(ENGINE),--engine $(ENGINE)) \
+	    $(if $(HARDWARE),--hardware $(HARDWARE)) $(if $(PORT),--port $(PORT)) $(ARGS)
 
 test: build      ## Run all tests: two at a time, then those against the clock one by one
 	@$(RUN) python -m pytest -q -n 2 --dist loadfile -m 'not realtime'

@@ -100,7 +100,7 @@ class Recipe(Strict):
                                        ('onto', entry.onto, self.network.per_limb),
                                        ('neuron', entry.neuron, self.network.per_limb),
                                        ('joint', entry.joint, joints)):
-                if value is not None and value >= count:
+                if isinstance(value, int) and value >= count:
                     raise ValueError(f'first.entries[{number}]: {name}: expected 0 to {count - 1}, '
                                      f'got {value}')
             for name, said, among in (
