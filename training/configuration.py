@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
 from functools import wraps
+from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args
 
 import yaml
@@ -83,6 +84,19 @@ def read_yaml(content: str) -> object:
     except (ValueError, OverflowError) as error:
         # Dates that do not exist, numbers of thousands of digits.
         raise ConfigError(f'not valid YAML: {error}') from None
+
+
+def read_recipe(path: Path) -> dict[str, Any]:
+    """Return the fields of a YAML file (ConfigError, with its name, if it has none)."""
+    try:
+        content = read_yaml(path.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f'{path}: not a readable recipe ({error})') from None
+    except ConfigError as error:
+        raise ConfigError(f'{path}: {error}') from None
+    if not isinstance(content, dict):
+        raise ConfigError(f'{path}: expected a mapping of fields, got {content!r}')
+    return content
 
 
 def one_line(top: str) -> Callable[[type[Settings]], type[Settings]]:

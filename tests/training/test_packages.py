@@ -14,7 +14,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     'legs': {'evolution'},
     'robust': {'evolution'},
     'pipeline': {'evolution', 'robust'},
-    'measure': {'evolution', 'pipeline', 'study'},
+    'measure': {'evolution', 'judge', 'pipeline', 'study'},
     'study': {'evolution'},
     'report': {'evolution', 'study'},
 }

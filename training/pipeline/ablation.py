@@ -43,7 +43,7 @@ from w2b_core import bodies
 from w2b_core.network import Network
 
 #: Whose words, bounds and training are taken.
-RECIPE = RECIPES / 'quadruped_serial.yaml'
+RECIPE = RECIPES / 'quadruped.yaml'
 #: What PyBullet is asked, beside the two moves.
 STOPS = frozenset(['stop', 'cease', 'stopped', 'terminate'])
 #: Starts of the judge, and of the gate that chooses in the last row.

@@ -11,8 +11,8 @@ from training.pipeline.command import add_arguments, recipe_of
 from training.pipeline.recipe import RECIPES, load_recipe, shipped
 from w2b_core.controller import file as controller_file
 
-BASE = yaml.safe_load((RECIPES / 'quadruped_serial.yaml').read_text())
-WORDS = yaml.safe_load((RECIPES / 'serial_words.yaml').read_text())
+BASE = yaml.safe_load((RECIPES / 'quadruped.yaml').read_text())
+WORDS = yaml.safe_load((RECIPES / 'words.yaml').read_text())
 #: What a shipped record calls what is now another field.
 RENAMED = {'listening': 'pretraining'}
 
@@ -93,7 +93,7 @@ def options(*said: str) -> argparse.Namespace:
 
 def test_options_stand_in_place_of_a_recipes_numbers(tmp_path: Path):
     plain = recipe_of(options())
-    assert plain == load_recipe(RECIPES / 'quadruped_serial.yaml')
+    assert plain == load_recipe(RECIPES / 'quadruped.yaml')
     changed = recipe_of(options('--seeds', '6,12', '--keep', '3', '--ears', '4',
                                 '--effort', '0.01'))
     assert changed.seeds == (6, 12)
