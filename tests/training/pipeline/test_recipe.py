@@ -24,7 +24,7 @@ def step(index, **changes):
 
 
 @pytest.mark.parametrize(('body', 'name'), [
-    ('quadruped', 'quadruped'), ('physical_twin', 'physical_twin_serial')])
+    ('quadruped', 'quadruped_serial'), ('physical_twin', 'physical_twin_serial')])
 def test_a_shipped_recipe_says_what_the_shipped_champion_was_made_by(body, name):
     record = controller_file.load(controller_file.shipped(name)).record
     recipe = load_recipe(shipped()[body])
