@@ -44,6 +44,11 @@ def test_each_ros_package_has_the_one_version(name):
     assert 'package.xml' in ast.unparse(setup_arguments(PACKAGES[name])['version'])
 
 
+def test_a_citation_names_the_same_version():
+    lines = (ROOT / 'CITATION.cff').read_text().splitlines()
+    assert f'version: {w2b_core.__version__}' in lines
+
+
 def test_every_program_that_colcon_installs_is_a_subcommand_of_w2b():
     of_colcon = {name: target for package in PACKAGES.values()
                  for name, target in scripts(package).items()}
@@ -151,13 +156,13 @@ from w2b_core.controller import file
 from w2b_core.vocabulary import Vocabulary
 from pathlib import Path
 from w2b_core.mind import mind_of
-mind = mind_of(file.load(file.shipped('quadruped')))
+mind = mind_of(file.load(file.shipped('quadruped_serial')))
 print(json.dumps({
     'from': w2b_core.__file__, 'version': w2b_core.__version__,
     'ros': importlib.util.find_spec('rclpy') is not None,
     'numba': importlib.util.find_spec('numba') is not None,
     'joints': len(mind.motors), 'follows': mind.follows,
-    'body': file.load(file.shipped('quadruped')).body,
+    'body': file.load(file.shipped('quadruped_serial')).body,
     'words': len(Vocabulary.load().words),
     'configs': sorted(p.name for p in Path(training.__file__).parent.glob('configs/*.yaml'))}))
 """

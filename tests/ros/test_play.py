@@ -67,7 +67,7 @@ def options(**given):
 
 @pytest.mark.parametrize(('given', 'robot', 'words'), [
     ({}, 'sim', ['body:=physical_twin', 'engine:=pybullet', 'real_time_factor:=1.0']),
-    ({'robot': 'quadruped_legs', 'engine': 'mujoco', 'speed': 2.0}, 'sim',
+    ({'robot': 'quadruped', 'engine': 'mujoco', 'speed': 2.0}, 'sim',
      ['body:=quadruped', 'engine:=mujoco', 'real_time_factor:=2.0']),
     ({'hardware': 'simulated'}, 'hardware', ['transport:=simulated', 'body:=physical_twin']),
     ({'hardware': 'emulated'}, 'hardware', ['transport:=emulated']),

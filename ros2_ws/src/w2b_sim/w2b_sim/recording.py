@@ -28,7 +28,7 @@ class Recording:
         Of the base's origin.
     orientation_wxyz: shape (..., T, 4)
     yaw_rate_rad_s: shape (..., T)
-        Rate of turn about the base's z axis.
+        Mean rate of turn about the base's z axis since the last frame.
     joint_position_rad, target_rad: shape (..., T, J)
         Angles, and those that the servos were sent in the period that begins with the frame.
     touching: shape (..., T, touch sensors)

@@ -96,8 +96,8 @@ class LeakyEngine(Machine):
         layout = self.layout
         sizes = {'H': layout.hidden, 'S': layout.sensors, 'M': layout.joints,
                  'K': len(self.behaviours)}
-        still = LeakyNetwork(**{block.name: np.zeros((1, *(sizes[axis] for axis in block.shape)))
-                                for block in BLOCKS})
+        still = LeakyNetwork(**{block.name: np.full(
+            (1, *(sizes[axis] for axis in block.shape)), max(0.0, block.low)) for block in BLOCKS})
         batch = self._batch(still, np.zeros((1, 1, 1, sizes['K'])),
                             np.zeros(clock.steps, dtype=np.int64), [Start()], LeakyVariations(),
                             (1, 1, 1))

@@ -82,9 +82,10 @@ class FrameLog(NamedTuple):
     Outputs at each of T frames of each evaluation.
 
     `place` (E, T, 3) and `turn` (E, T, 4) (w, x, y, z) of the base, `yaw_rate` (E, T, 1) about its
-    z axis, `angle` and `target` (E, T, J), rad, `touch` (E, T, touches). Of the period that ends
-    with the frame: `effort` (E, T, J) is the mean magnitude of the torque, N m, `limited` (E, T, J)
-    the share of it for which the servo asked for more than its speed.
+    z axis, the mean since the last frame, `angle` and `target` (E, T, J), rad, `touch`
+    (E, T, touches). Of the period that ends with the frame: `effort` (E, T, J) is the mean
+    magnitude of the torque, N m, `limited` (E, T, J) the share of it for which the servo asked for
+    more than its speed.
     """
 
     place: NDArray[Any]
@@ -160,7 +161,7 @@ def _walk(layout, tables, clock, batch, log, first, hidden_weights, motor_weight
     touch, felt = local1(layout, layout.touches), local1(layout, layout.touches)
     senses, new = local1(layout, layout.sensors), local1(layout, layout.hidden)
     hidden_drive, motor_drive = local1(layout, layout.hidden), local1(layout, joints)
-    holds, reference = local1(layout, 2), local1(layout, 2)
+    holds, reference, axes = local1(layout, 2), local1(layout, 2), local1(layout, 6)
     shove, shake = local1(layout, 2), local1(layout, joints)
     effort, limited, before = (local1(layout, joints), local1(layout, joints),
                                local1(layout, joints))
@@ -194,9 +195,10 @@ def _walk(layout, tables, clock, batch, log, first, hidden_weights, motor_weight
             drives(layout, tables, state, frame, parameters[ERP_PER_H])
             found = find(layout, tables, state, frame, touch, near, held, clock.reach)
             if substep == 0:
+                turning = yaw_rate(layout, frame, axes, t, clock.h * clock.physics_steps)
                 sense(layout, tables, batch.noisy, batch.seeds, first, t, parameters, state, frame,
-                      touch, felt, holds, reference, senses)
-                _record(layout, log, first, batch.start.shape[0], t, state, frame, touch)
+                      touch, felt, holds, reference, turning, senses)
+                _record(layout, log, first, batch.start.shape[0], t, state, turning, touch)
                 if layout.leaky:
                     update_leaky(layout, hidden_weights, motor_weights, hidden_drive, motor_drive,
                                  hidden_leak, motor_leak, state.hidden, new, state.motors, senses)
@@ -281,10 +283,10 @@ def _record_period(layout, log, first, count, t, clock, effort, limited):
 
 
 @inlined
-def _record(layout, log, first, count, t, state, frame, touch):
+def _record(layout, log, first, count, t, state, turning, touch):
     """Write one frame of every lane into the logs."""
     rate = local1(layout, 1)
-    rate[0] = yaw_rate(state, frame)
+    rate[0] = turning
     for lane in range(min(layout.lanes, count - first)):
         evaluation = first + lane
         for i in range(3):
