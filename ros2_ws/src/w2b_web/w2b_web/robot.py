@@ -44,6 +44,8 @@ class Robot:
         The page's node.
     namespace
         Of the robot, empty for the root.
+    ears
+        The node that listens to frames, see `frames.listener`.
     hub
         The open pages.
     silent
@@ -51,10 +53,11 @@ class Robot:
 
     """
 
-    def __init__(self, node: Node, namespace: str, hub: Hub,
+    def __init__(self, node: Node, ears: Node, namespace: str, hub: Hub,
                  silent: Callable[[str], bool]) -> None:
         self.namespace = namespace
         self._node = node
+        self._ears = ears
         self._hub = hub
         self._silent = silent
         self._services = Services(node, namespace)
@@ -170,7 +173,7 @@ class Robot:
     def show(self, shown: bool) -> None:
         """Listen to its frames, or do not: only while somebody looks."""
         if shown and self._frames is None:
-            self._frames = Frames(self._node, self.namespace)
+            self._frames = Frames(self._ears, self.namespace)
         elif not shown and self._frames is not None:
             self._frames.close()
             self._frames = None

@@ -8,7 +8,6 @@ from typing import Any
 
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
-from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
@@ -23,25 +22,6 @@ CALLS: dict[str, tuple[str, type, Callable[[], Any]]] = {
     'pause': ('sim/pause', SetBool, lambda: SetBool.Request(data=True)),
     'resume': ('sim/pause', SetBool, lambda: SetBool.Request(data=False))}
 Answered = Callable[[bool, str], None]
-
-
-class _WhenAsked(CallbackGroup):
-    """Answers that the executor looks for only while some are waited for."""
-
-    def __init__(self, waiting: Callable[[], bool]) -> None:
-        super().__init__()
-        self._waiting = waiting
-
-    def can_execute(self, entity: Any) -> bool:
-        """See `CallbackGroup`."""
-        return self._waiting()
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """See `CallbackGroup`."""
-        return True
-
-    def ending_execution(self, entity: Any) -> None:
-        """See `CallbackGroup`."""
 
 
 class Services:
@@ -59,16 +39,14 @@ class Services:
 
     def __init__(self, node: Node, namespace: str) -> None:
         self._node = node
-        group = _WhenAsked(lambda: bool(self._waiting))
         self._waiting: list[tuple[float, str, Any, Answered]] = []
-        self._clients = {name: node.create_client(kind, f'{namespace}/{name}',
-                                                  callback_group=group)
+        self._clients = {name: node.create_client(kind, f'{namespace}/{name}')
                          for name, kind in {service: kind for service, kind, _make in
                                             CALLS.values()}.items()}
         self._clients['sim/set_parameters'] = node.create_client(
-            SetParameters, f'{namespace}/sim/set_parameters', callback_group=group)
+            SetParameters, f'{namespace}/sim/set_parameters')
         self._clients['brain/get_parameters'] = node.create_client(
-            GetParameters, f'{namespace}/brain/get_parameters', callback_group=group)
+            GetParameters, f'{namespace}/brain/get_parameters')
 
     def close(self) -> None:
         """Stop asking."""
