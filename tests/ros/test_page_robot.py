@@ -68,16 +68,20 @@ def hardware(system, pages):
     pages.serve()
     page = pages.open()
     pages.state(page, brain=True, hardware=True, state='DISARMED')
-    # The attitude filter settles first; a busy machine may be late with targets.
+    arm(pages, page)
+    return page
+
+
+def arm(pages, page):
+    """Arm it by the page: the attitude filter settles first; a busy machine is late at times."""
     refused = -1
     while page.last('state')['state'] != 'ACTIVE':
         if page.notes().count('arm: ') > refused and page.last('state')['state'] == 'DISARMED':
-            system.wait_for_status('brain: frames', 0)
+            pages.system.wait_for_status('brain: frames', 0)
             refused = page.notes().count('arm: ')
             page.send('arm', confirmed=True)
         pages.wait(lambda before=refused: page.last('state')['state'] in ('ACTIVE', 'FAULT')
                    or page.notes().count('arm: ') > before, 'the robot armed')
-    return page
 
 
 def walk(pages, page, word='march'):
@@ -103,7 +107,7 @@ def test_hardware_stands_when_the_page_that_moved_it_is_lost_and_stop_needs_no_b
         print(f'{loss}: stop was said {took_s:.2f} s later')
         assert took_s < 2.0, loss
         pages.wait(lambda: other.last('answer').get('behaviour') == 'stop', 'the brain standing')
-        assert pages.bodies[-1]['state'] == 'ACTIVE', 'it stands, with its servos on'
+        assert pages.bodies[-1]['state'] in ('ACTIVE', 'HOLD'), 'it stands, with its servos on'
         mover.close()
     pages.wait(lambda: 'the robot was told to stop' in other.notes(), 'that the others are told')
 
@@ -125,7 +129,8 @@ def test_hardware_stands_when_the_page_that_moved_it_is_lost_and_stop_needs_no_b
     # STOP turns the servos off, with a dead brain too.
     pages.serve()
     page = pages.open()
-    pages.state(page, state='ACTIVE')
+    pages.state(page, brain=True, hardware=True)
+    arm(pages, page)
     system.processes[1].kill()
     pressed_s = time.monotonic()
     page.send('stop')
