@@ -86,11 +86,13 @@ def test_a_timeout_of_words_applies_to_the_word_that_is_followed(walking):
 def test_the_same_value_again_is_no_change_and_a_fixed_one_says_when_it_can_be_set(walking):
     assert put(walking, 'brain', 'joint_states_topic', 'joint_states')[0]
     assert put(walking, 'brain', 'controller', 'quadruped_serial')[0]
-    for node, name, value in (('brain', 'autostart', False), ('sim', 'body', 'minimal'),
-                              ('sim', 'real_time_factor', 2.0)):
+    for node, name, value in (('brain', 'autostart', False), ('sim', 'body', 'minimal')):
         taken, reason = put(walking, node, name, value)
         assert not taken
         assert f'{name}: read-only while the node runs: start it again with --ros-args -p' in reason
+    taken, reason = put(walking, 'sim', 'real_time_factor', 2.0)
+    assert not taken
+    assert 'lockstep (0) and paced (above 0) cannot take turns: start the node again' in reason
     described = walking.call(DescribeParameters, 'brain/describe_parameters',
                              DescribeParameters.Request(names=['controller'])).descriptors[0]
     assert 'in the state unconfigured' in described.additional_constraints
