@@ -27,7 +27,6 @@ from demo.film import COLOURS, Take, draw_gif
 from demo.robot import Motion, Robot
 from demo.ros_session import RosSession
 from demo.script import MISSPELT, Line, Seen, heard_in_training, script_of, seen
-from w2b_core import bodies
 from w2b_core.command_process import command
 from w2b_core.controller import file as controller_file
 from w2b_core.controller.model import Controller
@@ -59,11 +58,13 @@ def main() -> int:
 def run(out: Path, controller_name: str, engine: str, console: Console) -> int:
     """Say all words; RuntimeError if a process died or did not answer in time."""
     controller = controller_file.load(controller_file.resolve(controller_name))
-    body = bodies.get(controller.body)
+    body = controller.described()
     shown: list[tuple[Seen, Motion]] = []
     failures: list[str] = []
     with RosSession(out) as session:
-        session.start('sim', body=body.name, world=body.world, engine=engine)
+        carries = controller.carried is not None
+        session.start('sim', body=controller_name if carries else body.name, world=body.world,
+                      engine=engine)
         session.start('brain', controller=controller_name)
         rclpy.init()
         try:

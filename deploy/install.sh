@@ -27,7 +27,7 @@ fi
 # numpy, scipy and YAML from apt: ROS is built against that numpy. The compiler is for Blinka's sysv_ipc.
 sudo apt-get update -q
 sudo apt-get install -y -q python3-venv python3-numpy python3-scipy python3-yaml python3-rich \
-    python3-colcon-common-extensions python3-dev build-essential i2c-tools
+    python3-defusedxml python3-colcon-common-extensions python3-dev build-essential i2c-tools
 sudo usermod -aG i2c "$user"
 
 config=/boot/firmware/config.txt

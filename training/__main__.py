@@ -26,8 +26,9 @@ os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 COMMANDS = {
     'evolve': ('training.evolution.evolve',
                'one evolutionary run: words in, a controller file out'),
-    'champions': ('training.robust.champions', 'evolve robust controllers, gate them in PyBullet'),
-    'ablation': ('training.robust.ablation',
+    'champions': ('training.pipeline.command',
+                  'evolve robust controllers by a recipe, gate them in PyBullet'),
+    'ablation': ('training.pipeline.ablation',
                  'how robustness grows with each means of the robust mode'),
     'legs': ('training.legs.command', 'train legs that are commanded, by a recipe'),
     'assemble': ('training.legs.assemble', 'an ear and legs in, a controller file out'),

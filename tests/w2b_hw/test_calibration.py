@@ -8,7 +8,8 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from w2b_hw import calibration, plain_yaml
+from w2b_core import plain_yaml
+from w2b_hw import calibration
 from w2b_hw.calibration import Board, Calibration, CalibrationError, Servo, load, nominal, save
 from w2b_hw.joints import JOINTS
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from training.evolution.objectives import scores
 from training.evolution.treatments import Words, vector_hash
+from w2b_core import bodies
 from w2b_core.bodies.model import Body
 from w2b_core.network import Network
 from w2b_sim.engines.interface import Evaluator, Start
@@ -85,4 +86,4 @@ def write_champion(path: Path, body: Body, world: World, network: Network,
         words=tuple(controller_file.TrainedWord(word.word, word.behaviour, vector_hash(vector),
                                                 word.score)
                     for word, vector in zip(judged, heard, strict=True) if word.trained),
-        record=dict(record), vector_length=heard.shape[-1]), path)
+        record=dict(record), vector_length=heard.shape[-1], carried=bodies.to_carry(body)), path)

@@ -40,7 +40,7 @@ class RunConfig:
     Attributes
     ----------
     body
-        Name of a registered body.
+        Name of a registered body, or a file that describes one.
     seed
         Everything random follows from it.
     words, held_out
@@ -81,14 +81,15 @@ class RunConfig:
     def __post_init__(self) -> None:
         """Check every field (ValueError, naming it, with what was expected and what came)."""
         known: dict[str, tuple[str, ...]] = {
-            'body': bodies.names(), 'treatment': TREATMENTS, 'objective': tuple(OBJECTIVES),
+            'treatment': TREATMENTS, 'objective': tuple(OBJECTIVES),
             'aggregate': AGGREGATES, 'engine': ENGINES, 'precision': PRECISIONS}
         for name, choices in known.items():
             if getattr(self, name) not in choices:
                 raise ValueError(f'{name}: expected one of {", ".join(choices)}, '
                                  f'got {getattr(self, name)!r}')
+        body = bodies.check(self.body)
         if self.world == '':
-            object.__setattr__(self, 'world', bodies.get(self.body).world)
+            object.__setattr__(self, 'world', body.world)
         if self.world not in WORLDS:
             raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {self.world!r}')
         least = {'seed': 0, 'generations': 1, 'population': 2, 'starts': 1}

@@ -25,7 +25,8 @@ from training.evolution.treatments import TREATMENTS, WORD_SETS, Words, draw_wor
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     add = parser.add_argument
-    add('--body', default='quadruped', help='a registered body (default: %(default)s)')
+    add('--body', default='quadruped',
+        help='a registered body, or a file such as my_robot.yaml (default: %(default)s)')
     add('--out', type=Path, required=True, metavar='DIR', help="the run's own directory")
     add('--seed', type=int, default=0, help='everything random follows from it (default: 0)')
     add('--generations', type=int, default=6000, metavar='N', help="default: the paper's 6000")

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from training import carried_body
 from training.evolution import checkpoint, rundir, treatments
 from training.evolution.afpo import Afpo
 from training.evolution.champion import WordOutcome, outcomes, write_champion
@@ -141,12 +142,14 @@ def run(config: RunConfig, directory: Path | str,
                    for word, _behaviour in config.words + config.held_out}
     names = [word for word, _behaviour in config.words + config.held_out]
     heard = treatments.treated(vectors, names, config.treatment, config.seed)
-    identity = {'config': config.to_json(), **(program or {'program_version': __version__}),
+    identity = {'config': config.to_json(), **carried_body.identity(config.body),
+                **(program or {'program_version': __version__}),
                 'vectors': {name: treatments.vector_hash(vector)
                             for name, vector in zip(names, heard, strict=True)}}
     if evaluator is None:
         refuse_unsupported(config.engine, config.body)
     with RunDirectory(Path(directory), identity) as place:
+        carried_body.keep(config.body, place.path)
         finished = place.path / rundir.SUMMARY
         if finished.exists() and _summary(finished)['generations'] == config.generations:
             return load_result(place.path)

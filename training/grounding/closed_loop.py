@@ -21,7 +21,6 @@ import numpy as np
 
 from training.evolution.starts import slightly_different
 from training.grounding import lexicon
-from w2b_core import bodies
 from w2b_core.behaviours import BEHAVIOURS, Bounds
 from w2b_core.controller import file as controller_file
 from w2b_core.controller.model import Controller
@@ -91,7 +90,7 @@ def asked_words(paths: Sequence[Path], controller: Controller, vocabulary: Vocab
 def shown(controller: Controller, engine: str, starts: Sequence[Start], seconds: float
           ) -> dict[str, list[set[str]]]:
     """Return command -> for each start the behaviours that the body then shows."""
-    body = bodies.get(controller.body)
+    body = controller.described()
     world = WORLDS[body.world]
     bounds = Bounds(MOVED_LENGTHS * body.length_m, STILL_LENGTHS * body.length_m)
     frames = round(seconds / world.control_period_s)

@@ -43,6 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     add = parser.add_argument
     add('controller', help='a controller file, or the name of one that ships')
+    add('--body', default=None, metavar='NAME_OR_FILE',
+        help='refuse unless this is the body that the controller was made on')
     add('--engine', choices=registry.stepwise_names(), default=registry.DEFAULT,
         help='default: %(default)s')
     add('--starts', type=int, default=20, metavar='N', help='default: %(default)s')
@@ -90,6 +92,8 @@ def _judge(args: argparse.Namespace) -> int:
         args.friction, args.latency, args.zeros_off, args.mass, args.servo, args.imu_noise,
         args.gyro_bias, args.no_imu, args.hard, args.seed)
     controller = controller_file.load(controller_file.resolve(args.controller))
+    if args.body is not None:
+        controller.refuse_another_body(bodies.check(args.body))
     plan = Plan(args.engine, args.seconds, args.switch, conditions)
     result = judge(controller, plan, args.starts, args.processes)
     if args.json:
@@ -119,7 +123,7 @@ def judge(controller: Controller, plan: Plan, starts: int, processes: int = 1
         model it.
 
     """
-    body = bodies.get(controller.body)
+    body = controller.described()
     commands = commands_of(controller)
     every = trials(body, WORLDS[body.world], plan.conditions, starts)
     seen = list(_run(controller, commands, every, plan, processes))

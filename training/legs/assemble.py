@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from training import carried_body
 from w2b_core import bodies
 from w2b_core.controller import file as controller_file
 from w2b_core.controller.fields import ControllerFileError
@@ -48,14 +49,16 @@ def assemble(directory: Path, ear: Ear) -> Controller:
     if ear.behaviours != behaviours:
         raise AssemblyError(f'ear: expected one for the legs\' behaviours {", ".join(behaviours)}, '
                             f'got {", ".join(ear.behaviours)}; train it with --behaviours')
-    body = bodies.get(record['body'])
+    carried = directory / carried_body.BODY
+    body = bodies.get(str(carried) if carried.is_file() else record['body'])
     return Controller(
         body=body.name, network=network, sensors=tuple(record['senses']),
         motors=tuple(Motor(joint.name, joint.lower_rad, joint.upper_rad, 1.0)
                      for joint in body.joints),
         period_s=WORLDS[body.world].control_period_s, words=(), record={'legs': record},
         vector_length=ear.vector_length, behaviours=behaviours,
-        courses=tuple(course_of(behaviour) for behaviour in behaviours), ear=ear)
+        courses=tuple(course_of(behaviour) for behaviour in behaviours), ear=ear,
+        carried=bodies.to_carry(body))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -25,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.add_argument('recipe', type=Path, help='YAML file, see training/recipes')
     parser.add_argument('--out', type=Path, required=True, help='directory of the run')
+    parser.add_argument('--body', help="a body or file such as my_robot.yaml, not the recipe's")
     parser.add_argument('--seed', type=int, help="base seed in place of the recipe's")
     parser.add_argument('--seeds', type=int, help="number of seeds in place of the recipe's")
     parser.add_argument('--workers', type=int, default=len(os.sched_getaffinity(0)),
@@ -33,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the command; return the exit code."""
-    changes = {name: getattr(args, name) for name in ('seed', 'seeds')
+    changes = {name: getattr(args, name) for name in ('body', 'seed', 'seeds')
                if getattr(args, name) is not None}
     if args.workers < 1:
         print(f'legs: --workers: expected at least 1, got {args.workers}', file=sys.stderr)

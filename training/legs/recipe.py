@@ -66,9 +66,7 @@ class Recipe(Strict):
 
     @model_validator(mode='after')
     def _fits_together(self) -> Recipe:
-        if self.body not in bodies.names():
-            raise ValueError(f'body: expected one of {", ".join(bodies.names())}, '
-                             f'got {self.body!r}')
+        bodies.check(self.body)
         if self.world not in WORLDS:
             raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {self.world!r}')
         from w2b_core.behaviours import BEHAVIOURS

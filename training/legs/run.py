@@ -24,13 +24,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from training import carried_body
 from training.evolution.checkpoint import write_atomically, write_json
 from training.evolution.rundir import RunDirectory
 from training.legs.examine import examine, reason_to_drop
 from training.legs.recipe import Recipe
 from training.legs.search import Search, Step
 from training.legs.task import Task
-from w2b_core import __version__
+from w2b_core import __version__, bodies
 from w2b_core.network.leaky import BLOCKS, LeakyNetwork
 
 Array = NDArray[np.float64]
@@ -67,8 +68,12 @@ def train(recipe: Recipe, directory: Path, *, workers: int,
         If every seed was dropped.
 
     """
-    identity = {'config': recipe.model_dump(mode='json'), 'program_version': __version__}
+    identity = {'config': recipe.model_dump(mode='json'), **carried_body.identity(recipe.body),
+                'program_version': __version__}
     with RunDirectory(directory, identity, may_grow=()):
+        # What is trained stays the same though its file be edited.
+        given = recipe
+        recipe = given.model_copy(update={'body': carried_body.keep(given.body, directory)})
         began = perf_counter()
         seeds = list(range(recipe.seeds))
         task = Task(recipe)
@@ -87,7 +92,7 @@ def train(recipe: Recipe, directory: Path, *, workers: int,
         search = Search(recipe, seed, directory / 'seeds' / str(seed), task)
         search.run(len(recipe.stages) - 1)
         champion = Champion(seed, search.genome, task.sharing.network(search.genome), last)
-        _write(directory, recipe, champion, perf_counter() - began)
+        _write(directory, given, champion, perf_counter() - began)
         return champion
 
 
@@ -123,8 +128,9 @@ def _write(directory: Path, recipe: Recipe, champion: Champion, seconds: float) 
     write_atomically(directory / 'champion.npz', buffer.getvalue())
     write_json(directory / 'champion.json', {
         'recipe': recipe.name, 'recipe_sha256': recipe.sha256(), 'seed': champion.seed,
-        'base_seed': recipe.seed, 'body': recipe.body, 'behaviours': list(recipe.behaviours),
-        'senses': list(recipe.senses), 'examination': champion.report,
+        'base_seed': recipe.seed, 'body': bodies.get(recipe.body).name,
+        'behaviours': list(recipe.behaviours), 'senses': list(recipe.senses),
+        'examination': champion.report,
         'seconds_of_last_call': round(seconds, 1), 'program_version': __version__})
 
 

@@ -150,11 +150,12 @@ def evolved_sample(body: Body, controllers: Sequence[controller_file.Controller]
 
 def settings(body: Body) -> tuple[Settings, ...]:
     """Return how the batched engine is tried: precisely, and as evolution uses it."""
-    from training.robust import twin
+    from training.pipeline.recipe import load_recipe, shipped
 
+    recipes = shipped()
+    trained = load_recipe(recipes[body.name]).training if body.name in recipes else None
     return (Settings('batched', 'double'),
-            Settings('as trained', 'single',
-                     twin.PHYSICS_STEPS if body.name == twin.BODY else None))
+            Settings('as trained', 'single', trained.physics_steps or None if trained else None))
 
 
 def in_batched(body: Body, world: World, sample: Sample, how: Settings, threads: int = 1

@@ -1,5 +1,5 @@
 """
-Careful mutation: whoever walks must not forget what the words mean.
+Careful mutation: children sort the words no worse than their parents.
 
 Walking is learnt with the touch sensors off, where the hidden layer runs by itself: whether a
 changed hidden layer still rests under every stop word, and still has a rhythm of its own for each
@@ -16,26 +16,23 @@ import numpy as np
 from training.evolution.afpo import Mutation
 from training.evolution.operators import Array, Layout, mutate_mixed
 from training.robust.hidden_life import live
-from training.robust.listening import LIVELY, RESTLESS, TOUCH_INPUT
-from training.robust.scenarios import STOP_NOISE
+from training.robust.pretraining import LIVELY, RESTLESS, TOUCH_INPUT
+from training.robust.scenarios import BACKWARD, FORWARD, STOP, STOP_NOISE
+from training.robust.settings import Careful
 
-#: Share of the children whose hidden weights may change at all.
-HIDDEN_SHARE = 0.3
-#: A child may hear this much worse than its parent, in words.
-TOLERANCE = 0.05
-#: What the moves count beside one stop signal: the weaker rhythm, and the distance between the two.
-RHYTHM_WEIGHT = 4.0
 NOISE_SEED = 0
 
 
-def careful_mutation(heard: Mapping[str, Array], hidden_count: int) -> Mutation:
+def careful_mutation(settings: Careful, heard: Mapping[int, Array], hidden_count: int) -> Mutation:
     """
     Return `mutate_mixed` for networks that shall go on hearing.
 
     Parameters
     ----------
+    settings
+        How careful.
     heard
-        Behaviour -> vectors (W, T) of the trained words. They are tried as they are, and with
+        Direction -> vectors (W, T) of the trained words. They are tried as they are, and with
         noise and constant inputs from feet.
     hidden_count
         Of the networks, H.
@@ -46,8 +43,8 @@ def careful_mutation(heard: Mapping[str, Array], hidden_count: int) -> Mutation:
     def twice(vectors: Array) -> Array:
         return np.concatenate([vectors, vectors + STOP_NOISE * rng.standard_normal(vectors.shape)])
 
-    stops = twice(heard['stop'])
-    moves = [np.repeat(heard[behaviour], 2, axis=0) for behaviour in ('forward', 'backward')]
+    stops = twice(heard[STOP])
+    moves = [np.repeat(heard[direction], 2, axis=0) for direction in (FORWARD, BACKWARD)]
     signals = np.concatenate([stops, *moves])
     first, second = len(stops), len(stops) + len(moves[0])
     bias = TOUCH_INPUT * rng.standard_normal((len(signals), hidden_count))
@@ -61,20 +58,20 @@ def careful_mutation(heard: Mapping[str, Array], hidden_count: int) -> Mutation:
         rhythm = np.sqrt((life.late_swing[:, first:]**2).mean(axis=-1)).min(axis=1)
         contrast = np.linalg.norm(life.mean[:, first:second].mean(axis=1)
                                   - life.mean[:, second:].mean(axis=1), axis=-1)
-        score: Array = rest + RHYTHM_WEIGHT * (np.minimum(1.0, rhythm / LIVELY)
-                                               + np.minimum(1.0, contrast))
+        score: Array = rest + settings.rhythm_weight * (np.minimum(1.0, rhythm / LIVELY)
+                                                        + np.minimum(1.0, contrast))
         return score
 
     def mutation(rng: np.random.Generator, genomes: Array, layout: Layout) -> Array:
         children = mutate_mixed(rng, genomes, layout)
         size = layout.hidden_size
-        kept = rng.random(len(children)) >= HIDDEN_SHARE
+        kept = rng.random(len(children)) >= settings.hidden_share
         children[kept, :size] = genomes[kept, :size]
         changed = np.flatnonzero((children[:, :size] != genomes[:, :size]).any(axis=1))
         if len(changed):
             before, after = np.split(hearing(np.concatenate(
                 [genomes[changed], children[changed]]), layout), 2)
-            worse = changed[after < before - TOLERANCE]
+            worse = changed[after < before - settings.tolerance]
             children[worse, :size] = genomes[worse, :size]
         return children
 

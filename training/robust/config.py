@@ -2,48 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import replace
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field, TypeAdapter
+from pydantic.dataclasses import dataclass
 
+from training.configuration import STRICT, NotNegative, Seed, Share, one_of
 from training.evolution.config import check_each_once
 from training.evolution.treatments import Words
-from training.robust.listening import Listening
-from training.robust.objective import FREE_STRAY_M, STRAY_WEIGHT
-from training.robust.scenarios import DIRECTION, MOVE_NOISE, Randomisation
+from training.robust.objective import AGGREGATES
+from training.robust.scenarios import MOVE_NOISE, check_directions
+from training.robust.settings import Careful, Pretraining, Randomisation, Stage, Touch, Whole
 from w2b_core import bodies
 from w2b_sim.worlds import WORLDS, World
 
-#: Part of a stage's generations over which touch that was not felt before grows to its full size.
-GROWING = 0.7
 
-
-@dataclass(frozen=True)
-class Stage:
-    """
-    A part of the robust training.
-
-    `generations` long; `moves` situations a direction and `stops` for standing still, drawn anew
-    every `redraw` generations (0: never, so that small gains are not lost in the luck of the draw),
-    each for the share `length` of the world's steps; words as they are unless `vectors`; touch
-    sensors read 0 unless `touch`; progress counts up to `clip_m`, extrapolated to the whole;
-    straying under a stop word costs `stray_weight` for each metre beyond `free_stray_m`.
-    """
-
-    generations: int
-    moves: int
-    stops: int
-    redraw: int
-    touch: bool
-    clip_m: float
-    vectors: bool = True
-    length: float = 1.0
-    stray_weight: float = STRAY_WEIGHT
-    free_stray_m: float = FREE_STRAY_M
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=STRICT)
 class RobustConfig:
     """
     What decides the outcome of a robust training run.
@@ -60,31 +36,41 @@ class RobustConfig:
         Of one control period in training; 0 for the world's own.
     randomisation
         The means in use.
-    listening
+    pretraining
         Before the first stage.
     move_noise
         As in `scenarios.draw`.
     careful
         Most children keep their parent's hidden weights, and none hears the words worse than its
-        parent (`careful.careful_mutation`): for newcomers that hear well from the start.
+        parent (`careful.careful_mutation`): for newcomers that hear well from the start. None: as
+        `operators.mutate_mixed`.
+    touch
+        How touch comes into use.
+    newest
+        Weight of the newest draw in an individual's fitness.
+    tolerance
+        A child may be this much worse than its parent in the first situations and still be tried.
     aggregate
         How three behaviours make one fitness, see `objective.fitness`.
 
     """
 
-    body: str
-    seed: int
+    body: one_of(bodies.names)  # type: ignore[valid-type]
+    seed: Seed
     words: Words
-    stages: tuple[Stage, ...]
+    stages: Annotated[tuple[Stage, ...], Field(min_length=1)]
     world: str = ''
     vocabulary: str = 'default'
-    population: int = 50
-    physics_steps: int = 0
-    randomisation: Randomisation = field(default_factory=Randomisation)
-    listening: Listening = field(default_factory=Listening)
-    move_noise: float = MOVE_NOISE
-    careful: bool = False
-    aggregate: str = 'balanced'
+    population: Annotated[int, Field(ge=2, le=10_000)] = 50
+    physics_steps: Whole = 0
+    randomisation: Randomisation = Randomisation()
+    pretraining: Pretraining = Pretraining()
+    move_noise: NotNegative = MOVE_NOISE
+    careful: Careful | None = None
+    touch: Touch = Touch()
+    newest: Share = 0.3
+    tolerance: NotNegative = 0.01
+    aggregate: one_of(lambda: AGGREGATES) = 'balanced'  # type: ignore[valid-type]
 
     def __post_init__(self) -> None:
         """Check the fields (ValueError, naming the field, with what was expected and what came)."""
@@ -92,12 +78,7 @@ class RobustConfig:
             object.__setattr__(self, 'world', bodies.get(self.body).world)
         if self.world not in WORLDS:
             raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {self.world!r}')
-        if not self.stages:
-            raise ValueError('stages: expected at least one, got none')
-        missing = sorted(set(DIRECTION) - {behaviour for _word, behaviour in self.words})
-        if missing:
-            raise ValueError(f'words: expected at least one for each behaviour, got none for '
-                             f'{missing[0]!r}')
+        check_directions(self.words)
         check_each_once(word for word, _behaviour in self.words)
 
     @property
@@ -130,7 +111,7 @@ class RobustConfig:
         felt_before = begin == 0 or self.stage_at(begin - 1)[0].touch
         if felt_before or not stage.touch or not stage.redraw:
             return float(stage.touch)
-        steps = int(np.ceil(GROWING * stage.generations / stage.redraw))
+        steps = int(np.ceil(self.touch.growing * stage.generations / stage.redraw))
         return min(1.0, ((generation - begin) // stage.redraw + 1) / steps)
 
     def training_world(self) -> World:
@@ -140,7 +121,5 @@ class RobustConfig:
 
     def to_json(self) -> dict[str, Any]:
         """Return the configuration as a JSON object."""
-        value = asdict(self)
-        value['words'] = [list(pair) for pair in self.words]
-        value['stages'] = [asdict(stage) for stage in self.stages]
+        value: dict[str, Any] = TypeAdapter(RobustConfig).dump_python(self, mode='json')
         return value

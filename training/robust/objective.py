@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.evolution.objectives import LARGEST_STEP_M
+from training.robust.settings import Stage
 from w2b_sim.engines.interface import Evaluation
 
 Array = NDArray[np.float64]
 
-#: A stop may stray this far at no cost: bodies settle when they are set down.
-FREE_STRAY_M = 0.05
-STRAY_WEIGHT, PATH_WEIGHT = 1.5, 0.02
+#: What a stop pays for each metre of its path.
+PATH_WEIGHT = 0.02
 #: The worst that a stop can score, and what an explosion under a stop word scores.
 WORST_STOP = -2.0
 #: How three behaviours make one fitness, see `fitness`.
@@ -26,8 +26,8 @@ LUNGE_M = 0.05
 
 
 def values(outcome: Evaluation, directions: NDArray[np.int64], clip_m: float,
-           length: float = 1.0, stray_weight: float = STRAY_WEIGHT,
-           free_stray_m: float = FREE_STRAY_M) -> Array:
+           length: float = 1.0, stray_weight: float = Stage.stray_weight,
+           free_stray_m: float = Stage.free_stray_m) -> Array:
     """
     Return what C controllers earned in each of R situations, shape (C, R).
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.evolution.operators import Array
-from training.robust.ears import REST
 from training.robust.hidden_life import live
+from training.robust.settings import Screening
 from w2b_core.controller import file as controller_file
 from w2b_core.network import Network
 from w2b_core.vocabulary import Vocabulary
@@ -50,5 +50,5 @@ def rests(network: Network, signals: Array, touch: float) -> NDArray[np.bool_]:
     """Return whether a network rests under signals (R, T) while every sensor reads `touch`."""
     bias = touch * network.hidden_weights[:, network.hidden_count + 1:].sum(axis=1)
     life = live(network.hidden_weights[None], signals, np.tile(bias, (len(signals), 1)))
-    still: NDArray[np.bool_] = np.sqrt((life.swing[0]**2).mean(axis=-1)) < REST
+    still: NDArray[np.bool_] = np.sqrt((life.swing[0]**2).mean(axis=-1)) < Screening.rest
     return still

@@ -9,13 +9,18 @@ that what survives them survives PyBullet, whose friction (dry, bounded) and tou
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from math import log, radians
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from training.evolution.treatments import Words
+from training.robust.settings import Randomisation
+from w2b_core.behaviours import BEHAVIOURS
+from w2b_core.hearing.english import STOP as REST
 from w2b_sim.worlds import World
 
 if TYPE_CHECKING:
@@ -28,55 +33,43 @@ FORWARD, STOP, BACKWARD = 1, 0, -1
 #: vector of norm 2.9 in 300 dimensions is 0.17. What is nearly a stop word should stop; what is
 #: not quite a move word need not move.
 STOP_NOISE, MOVE_NOISE = 0.05, 0.01
-DIRECTION = {'forward': FORWARD, 'backward': BACKWARD, 'stop': STOP}
+#: In the order in which situations are drawn.
+DIRECTIONS = (FORWARD, BACKWARD, STOP)
 
 
-@dataclass(frozen=True)
-class Randomisation:
+def direction_of(behaviour: str) -> int:
     """
-    Which means of robust training are in use; the others' parts stay as the world has them.
+    Return which way a behaviour walks: `FORWARD`, `BACKWARD`, or `STOP` for standing still.
 
-    Attributes
-    ----------
-    friction
-        Dry friction of coefficient 0.5 to 4 (earth: 0.5 to 1.2), in one of eight unbounded, with
-        viscous slip of 0.5 to 10 mm/s per newton (earth: up to 1).
-    contact
-        Error reduction of contacts from 0.1 to 0.4; in half of the situations they act just before
-        they are reached, as Bullet's do, instead of just after, as the original's.
-    bodies
-        Base mass and gravity 10 to 20 % lighter or heavier.
-    servos
-        Gain 20 % lower or higher; in most situations noise of up to 0.6 rad/s on each joint's rate:
-        PyBullet's motors miss a rate by that much when legs push against one another.
-    pushes
-        In half of the scenarios, random pushes of up to 1 cm/s every step.
-    sensors
-        Touch from 0 to 3 mm above the floor, in a third delayed, in half with up to 2 % flipped.
-    starts
-        Up to 3 mm above the floor, tilted up to 0.6 degrees, turned up to 1.2 degrees.
-    vectors
-        Half of the stop scenarios hear a mixture of two stop words; half of all hear noise on top.
+    Raises
+    ------
+    ValueError
+        If it does something else, which drawn worlds do not reward.
 
     """
+    known = BEHAVIOURS.get(behaviour)
+    if behaviour == REST or (known.moves and known.course.along):
+        return int(known.course.along)
+    raise ValueError(f'expected behaviours that walk, or {REST}, got {behaviour!r}')
 
-    friction: bool = True
-    contact: bool = True
-    bodies: bool = True
-    servos: bool = True
-    pushes: bool = True
-    sensors: bool = True
-    starts: bool = True
-    vectors: bool = True
 
-    @classmethod
-    def only(cls, *names: str) -> Randomisation:
-        """Return the randomisation that uses the named means alone (ValueError if unknown)."""
-        known = [field.name for field in fields(cls)]
-        for name in names:
-            if name not in known:
-                raise ValueError(f'means: expected some of {", ".join(known)}, got {name!r}')
-        return cls(**{name: name in names for name in known})
+def by_direction(words: Words, vectors: Mapping[str, ArrayLike]) -> dict[int, Array]:
+    """Return direction -> vectors (W, T) of the (word, behaviour) pairs that ask for it."""
+    return {direction: np.array([np.asarray(vectors[word], dtype=np.float64)
+                                 for word, behaviour in words
+                                 if direction_of(behaviour) == direction])
+            for direction in DIRECTIONS}
+
+
+def check_directions(words: Words) -> None:
+    """Raise ValueError unless each direction has a word that asks for it."""
+    asked = {direction_of(behaviour) for _word, behaviour in words}
+    for direction in DIRECTIONS:
+        if direction not in asked:
+            name = REST if direction == STOP else next(
+                name for name in BEHAVIOURS if BEHAVIOURS.get(name).course.along == direction)
+            raise ValueError(f'words: expected at least one for each direction, got none for '
+                             f'{name!r}')
 
 
 @dataclass(frozen=True)
@@ -120,7 +113,7 @@ class Scenario:
         return Variations(**columns)
 
 
-def draw(rng: np.random.Generator, words: dict[str, Array], world: World,
+def draw(rng: np.random.Generator, words: Mapping[int, Array], world: World,
          randomisation: Randomisation, *, moves: int, stops: int,
          move_noise: float = MOVE_NOISE) -> Scenario:
     """
@@ -131,27 +124,27 @@ def draw(rng: np.random.Generator, words: dict[str, Array], world: World,
     rng
         Everything is drawn from it.
     words
-        Behaviour -> vectors (W, T) of the words that ask for it.
+        Direction -> vectors (W, T) of the words that ask for it.
     world
         Nominal; the friction's ranges depend on it.
     randomisation
         The means in use.
     moves, stops
-        Counts of situations; every word of a behaviour takes its turn.
+        Counts of situations; every word of a direction takes its turn.
     move_noise
         Standard deviation of the noise on each element of a move word's vector, at most.
 
     """
     signals, directions = [], []
-    for behaviour, count in (('forward', moves), ('backward', moves), ('stop', stops)):
-        vectors = words[behaviour]
+    for direction, count in zip(DIRECTIONS, (moves, moves, stops), strict=True):
+        vectors = words[direction]
         order = rng.permutation(len(vectors))
         for turn in range(count):
             vector = vectors[order[turn % len(vectors)]]
-            if behaviour == 'stop' and randomisation.vectors and turn % 2 and len(vectors) > 1:
+            if direction == STOP and randomisation.vectors and turn % 2 and len(vectors) > 1:
                 vector = _mixture(rng, vectors)
             signals.append(vector)
-            directions.append(DIRECTION[behaviour])
+            directions.append(direction)
     heard = np.array(signals)
     if randomisation.vectors:
         noise = rng.choice([0.0, 0.4, 1.0], len(heard), p=[0.5, 0.25, 0.25])

@@ -10,7 +10,7 @@ AFPO as in a plain run, but each generation is judged in many drawn situations (
   fitness is a running mean over the draws; a child's is its own in the draw of now, but no more
   than its parent's plus their difference in the same situations;
 - a child that is worse than its parent in a third of the situations is not tried in the rest;
-- hidden weights that tell the words apart are evolved first, without a body (`listening`);
+- hidden weights that tell the words apart are evolved first, without a body (`pretraining`);
 - stages: walking first without touch sensors in few situations, then in many, then with touch.
 """
 
@@ -33,22 +33,21 @@ from training.evolution.run import Progress
 from training.evolution.rundir import RunDirectory
 from training.robust import touch
 from training.robust.careful import careful_mutation
-from training.robust.config import RobustConfig, Stage
-from training.robust.listening import listen, newcomers
+from training.robust.config import RobustConfig
 from training.robust.objective import fitness, values
-from training.robust.scenarios import DIRECTION, Randomisation, Scenario, draw
+from training.robust.pretraining import listen, newcomers
+from training.robust.scenarios import Scenario, by_direction, draw
+from training.robust.settings import Randomisation, Stage
 from w2b_core import __version__, bodies
 from w2b_core.network import Network
 from w2b_sim.engines.interface import Start
 
 Array = NDArray[np.float64]
 
+#: File in a run's directory: pretrained hidden weights (N, H, H + 1) that newcomers start from.
+LISTENERS = 'listeners.npy'
 #: Given to a child that was rejected early: worse than any that was not.
 REJECTED = -10.0
-#: A child may be this much worse than its parent in the first situations and still be tried.
-TOLERANCE = 0.01
-#: Weight of the newest draw in an individual's fitness.
-NEWEST = 0.3
 
 
 def train(config: RobustConfig, directory: Path | str,
@@ -72,7 +71,7 @@ def train(config: RobustConfig, directory: Path | str,
 
         vocabulary = Vocabulary.load(config.vocabulary)
         vectors = {word: vocabulary.vector(word) for word, _behaviour in config.words}
-    heard = vectors_by_behaviour(config, vectors)
+    heard = by_direction(config.words, vectors)
     identity = {'config': config.to_json(), 'program_version': __version__,
                 'vectors': {word: treatments.vector_hash(vectors[word])
                             for word, _behaviour in config.words}}
@@ -82,18 +81,10 @@ def train(config: RobustConfig, directory: Path | str,
         return search.ranked()
 
 
-def vectors_by_behaviour(config: RobustConfig, vectors: Mapping[str, ArrayLike]
-                         ) -> dict[str, Array]:
-    """Return behaviour -> vectors (W, T) of the trained words that ask for it."""
-    return {behaviour: np.array([np.asarray(vectors[word], dtype=np.float64)
-                                 for word, asked in config.words if asked == behaviour])
-            for behaviour in DIRECTION}
-
-
 class RobustSearch:
     """A robust training run in memory."""
 
-    def __init__(self, config: RobustConfig, heard: dict[str, Array], place: RunDirectory | None,
+    def __init__(self, config: RobustConfig, heard: Mapping[int, Array], place: RunDirectory | None,
                  threads: int = 1) -> None:
         from w2b_sim.engines.batched import BatchedEngine
 
@@ -110,8 +101,8 @@ class RobustSearch:
         self.layout = Layout.of(body)
         self.rng = treatments.generator(config.seed, treatments.EVOLUTION)
         self.afpo = Afpo(self.layout, self.rng, capacity=config.population,
-                         mutation=careful_mutation(heard, self.layout.hidden_count)
-                         if config.careful else mutate_mixed,
+                         mutation=mutate_mixed if config.careful is None else careful_mutation(
+                             config.careful, heard, self.layout.hidden_count),
                          newcomers=self._newcomers())
         self.evaluations = 0
         #: Number of an individual -> its values (R,) in the scenario of now.
@@ -125,18 +116,18 @@ class RobustSearch:
     def _newcomers(self) -> Newcomers:
         config = self.config
         listeners = self._listeners_file()
-        if listeners is None and not config.listening.attempts:
+        if listeners is None and not config.pretraining.attempts:
             return random_genomes
         if listeners is None:
-            listeners = listen(self.layout, config.listening, config.seed,
+            listeners = listen(self.layout, config.pretraining, config.seed,
                                lambda rng, moves, stops: self._draw(
                                    rng, config.randomisation, moves, stops))
             if self.place is not None:
-                save_array(self.place.path / 'listeners.npy', listeners)
+                save_array(self.place.path / LISTENERS, listeners)
         return newcomers(listeners)
 
     def _listeners_file(self) -> Array | None:
-        path = self.place.path / 'listeners.npy' if self.place is not None else None
+        path = self.place.path / LISTENERS if self.place is not None else None
         if path is None or not path.exists():
             return None
         listeners: Array = np.load(path, allow_pickle=False)
@@ -214,7 +205,8 @@ class RobustSearch:
         if before == 0.0 and self.gain > 0.0 and self.afpo.generation:
             self.afpo.population = touch.begin_to_feel(
                 self.afpo.population, self.layout,
-                treatments.generator(self.config.seed, treatments.VARIATIONS, 2**30))
+                treatments.generator(self.config.seed, treatments.VARIATIONS, 2**30),
+                self.config.touch)
         population = self.afpo.population
         now = self.judge(population.genomes, self.scenario, self.stage)
         self.values = dict(zip(population.numbers.tolist(), now, strict=True))
@@ -222,7 +214,8 @@ class RobustSearch:
         old = population.fitness
         # What was earned while less was felt counts no more.
         known = np.isfinite(old) & (old > REJECTED) & (self.gain == before)
-        mean = np.where(known, (1 - NEWEST) * np.where(known, old, 0.0) + NEWEST * newest, newest)
+        weight = self.config.newest
+        mean = np.where(known, (1 - weight) * np.where(known, old, 0.0) + weight * newest, newest)
         self.afpo.population = replace(population, fitness=mean)
 
     def _generation(self) -> None:
@@ -241,7 +234,7 @@ class RobustSearch:
         for index, parent in enumerate(population.parents[new].tolist()):
             if parent in known:
                 bar = self._fitness(known[parent][1][None, first], scenario.directions[first])[0]
-                tried[index] = early[index] > bar - TOLERANCE
+                tried[index] = early[index] > bar - self.config.tolerance
         if tried.any():
             seen[np.ix_(tried, rest)] = self.judge(genomes[tried], scenario.take(rest), stage)
         scores = np.full(len(genomes), REJECTED)

@@ -8,11 +8,7 @@ import numpy as np
 
 from training.evolution.afpo import Population
 from training.evolution.operators import Array, Layout
-
-#: Standard deviations of the synapses that feeling begins with.
-SIZES = (0.02, 0.04, 0.08)
-#: How many of the best begin to feel.
-WALKERS = 5
+from training.robust.settings import Touch
 
 
 def synapses(genomes: Array, layout: Layout) -> Array:
@@ -33,15 +29,17 @@ def felt(genomes: Array, layout: Layout, gain: float) -> Array:
     return scaled
 
 
-def begin_to_feel(population: Population, layout: Layout, rng: np.random.Generator) -> Population:
+def begin_to_feel(population: Population, layout: Layout, rng: np.random.Generator,
+                  settings: Touch) -> Population:
     """
-    Let the best walkers feel: each in many copies, with small synapses drawn anew for each.
+    Return many copies of each of the best, with small touch synapses drawn anew for each.
 
     Most synapses upset a gait; which do not is found by trying many.
     """
-    best = np.argsort(-population.fitness, kind='stable')[:WALKERS]
+    best = np.argsort(-population.fitness, kind='stable')[:settings.best]
     chosen = best[np.arange(len(population)) % len(best)]
     genomes = population.genomes[chosen]
     touch = synapses(genomes, layout)
-    touch[:] = rng.choice(SIZES, len(genomes))[:, None, None] * rng.standard_normal(touch.shape)
+    sizes = rng.choice(settings.sizes, len(genomes))
+    touch[:] = sizes[:, None, None] * rng.standard_normal(touch.shape)
     return replace(population, genomes=genomes, ages=population.ages[chosen])

@@ -1,6 +1,5 @@
 """The robust mode: its objective, scenarios, listening, gate, and a run that is killed."""
 
-import json
 from dataclasses import fields, replace
 
 import numpy as np
@@ -10,22 +9,22 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from training.evolution.operators import Layout, random_genomes
-from training.robust import gate, touch
-from training.robust.champions import parse_seeds
-from training.robust.config import RobustConfig, Stage
+from training.robust import touch
+from training.robust.config import RobustConfig
 from training.robust.hidden_life import LATE, SETTLED, STEPS, live, live_exactly
-from training.robust.listening import Listening, listen, newcomers, score
 from training.robust.objective import WORST_STOP, fitness, values
-from training.robust.scenarios import Randomisation, draw
+from training.robust.pretraining import listen, newcomers, score
+from training.robust.scenarios import BACKWARD, FORWARD, STOP, draw
 from training.robust.search import RobustSearch, train
+from training.robust.settings import Pretraining, Randomisation, Stage, Touch
 from w2b_core.network import Network, prime, step
 from w2b_sim.engines.interface import Evaluation
 from w2b_sim.worlds import EARTH, PAPER
 
 VECTORS = {word: np.random.default_rng(index).normal(size=30) * 0.2
            for index, word in enumerate(('forward', 'backward', 'stop', 'cease', 'quit'))}
-HEARD = {'forward': np.array([VECTORS['forward']]), 'backward': np.array([VECTORS['backward']]),
-         'stop': np.array([VECTORS[word] for word in ('stop', 'cease', 'quit')])}
+HEARD = {FORWARD: np.array([VECTORS['forward']]), BACKWARD: np.array([VECTORS['backward']]),
+         STOP: np.array([VECTORS[word] for word in ('stop', 'cease', 'quit')])}
 WAYS = np.array([1, 1, 1, -1, -1, -1, 0, 0, 0])
 
 
@@ -120,7 +119,7 @@ def test_leaving_a_means_out_changes_no_other():
 
 def test_mixtures_are_between_stop_words():
     scenario = draw(np.random.default_rng(1), HEARD, PAPER, Randomisation(), moves=1, stops=40)
-    known = HEARD['stop']
+    known = HEARD[STOP]
     mixed = [signal for signal in scenario.signals[2:]
              if np.abs(known - signal).max(axis=1).min() > 0.3]
     assert mixed, 'none was mixed'
@@ -174,12 +173,12 @@ def test_listening_tells_words_apart_better_than_chance():
 
     layout = Layout(5, 4, (0.3,) * 8)
     test = scenario(np.random.default_rng(9), 8, 12)
-    listeners = listen(layout, Listening(2, 60), 1, scenario, keep=6)
+    listeners = listen(layout, Pretraining(2, 60), 1, scenario, keep=6)
     assert listeners.shape[1:] == (5, 6)
     chance = score(np.random.default_rng(0).normal(size=(60, 5, 6)), test)
     assert score(listeners, test).max() > np.quantile(chance, 0.9)
     assert (score(listeners, test) <= 4).all()
-    again = listen(layout, Listening(2, 60), 1, scenario, keep=6)
+    again = listen(layout, Pretraining(2, 60), 1, scenario, keep=6)
     assert again.tobytes() == listeners.tobytes()
     born = newcomers(listeners)(np.random.default_rng(0), 7, layout)
     hidden = layout.network(born).hidden_weights
@@ -191,7 +190,7 @@ def test_listening_tells_words_apart_better_than_chance():
 
 SMALL = RobustConfig(
     body='quadruped', seed=2, words=tuple((word, {'forward': 'forward', 'backward': 'backward'}.get(
-        word, 'stop')) for word in VECTORS), population=6, listening=Listening(1, 5),
+        word, 'stop')) for word in VECTORS), population=6, pretraining=Pretraining(1, 5),
     stages=(Stage(3, 2, 2, 0, False, 0.5, vectors=False, length=0.1),
             Stage(4, 2, 2, 2, True, 0.5, length=0.1)))
 
@@ -247,7 +246,7 @@ def test_feeling_begins_with_small_synapses_of_the_best():
                    (population.genomes, touch.felt(population.genomes, layout, 0.5)))
     assert half[..., 6:] == pytest.approx(whole[..., 6:] / 2)
     assert half[..., :6].tobytes() == whole[..., :6].tobytes()
-    feeling = touch.begin_to_feel(population, layout, np.random.default_rng(0))
+    feeling = touch.begin_to_feel(population, layout, np.random.default_rng(0), Touch())
     begun = touch.synapses(feeling.genomes, layout)
     assert (begun != 0).all()
     assert len(np.unique(begun)) == begun.size
@@ -260,58 +259,3 @@ def test_feeling_begins_with_small_synapses_of_the_best():
 def test_every_behaviour_needs_a_word():
     with pytest.raises(ValueError, match=r"words: .* got none for 'backward'"):
         replace(SMALL, words=(('forward', 'forward'), ('stop', 'stop')))
-
-
-def outcome(rows):
-    position = np.zeros((1, len(rows), len(rows[0]), 3))
-    position[0, :, :, 0] = rows
-    return Evaluation(position, np.abs(position[..., 0]), 0 * position[..., 0],
-                      np.zeros((*position.shape[:3], 0)))
-
-
-def test_the_gate_row_by_row():
-    words = (('forward', 'forward'), ('backward', 'backward'), ('stop', 'stop'))
-    still = [0.01] * 18 + [0.09] * 2
-    table = gate.rows(outcome([[0.6] * 20, [-0.6] * 20, still, still, [0.1] * 20]), words,
-                      (('halt', 'stop'), ('ahead', 'forward')), 0.5)
-    assert [row.passed for row in table] == [True, True, True, True, False]
-    assert gate.passes(table), 'a held-out move word is told, not required'
-    assert gate.worst_margin(table, 0.5) == pytest.approx(1.2)
-    restless = [0.01] * 17 + [0.2] * 3
-    assert not gate.passes(gate.rows(outcome([[0.6] * 20, [-0.6] * 20, still, restless]), words,
-                                     (('halt', 'stop'),), 0.5))
-    tolerable = [0.01] * 18 + [0.2] * 2
-    assert gate.passes(gate.rows(outcome([[0.6] * 20, [-0.6] * 20, tolerable]), words, (), 0.5))
-    markdown = gate.to_markdown(table)
-    assert '| halt | stop | **held out** | +0.01' in markdown
-    assert gate.from_json(json.loads(json.dumps(gate.to_json(table)))) == table
-
-
-def test_validation_words_are_told_and_not_required():
-    words = (('forward', 'forward'), ('backward', 'backward'), ('stop', 'stop'))
-    table = gate.rows(outcome([[0.6] * 20, [-0.6] * 20, [0.0] * 20, [0.3] * 20, [0.0] * 20]),
-                      words, (('halt', 'stop'),), 0.5, validation=(('abort', 'stop'),))
-    assert [row.validation for row in table] == [False, False, False, True, False]
-    assert [row.required for row in table] == [True, True, True, False, True]
-    assert [row.passed for row in table] == [True, True, True, False, True]
-    assert gate.passes(table)
-    assert gate.shorter_way(table) == pytest.approx(0.6)
-    assert '| abort | stop | validation |' in gate.to_markdown(table)
-
-
-def test_explosions_pass_no_gate():
-    words = (('forward', 'forward'), ('backward', 'backward'), ('stop', 'stop'))
-    far = [300.0] * 20
-    table = gate.rows(outcome([far, [-0.6] * 20, [np.nan] * 3 + [0.0] * 17]), words, (), 0.5)
-    assert [row.passed for row in table] == [False, True, False]
-    assert table[0].explosions == 20
-    assert table[2].explosions == 3
-    json.dumps(gate.to_json(table), allow_nan=False)
-
-
-def test_seed_lists():
-    assert parse_seeds('2-4') == [2, 3, 4]
-    assert parse_seeds('7,1') == [7, 1]
-    for bad in ('', '4-2', 'a', '-1'):
-        with pytest.raises(ValueError, match='seeds: expected'):
-            parse_seeds(bad)

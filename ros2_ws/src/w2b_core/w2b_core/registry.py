@@ -86,6 +86,10 @@ class Registry(Generic[Entry]):
     def __iter__(self) -> Iterator[str]:
         return iter(self.names())
 
+    def built_in(self) -> frozenset[str]:
+        """Return the names registered so far, without looking for plugins."""
+        return frozenset(self._entries)
+
     def origin(self, name: str) -> str:
         """Return the plugin that registered `name`; '' for what comes with the program."""
         return self._origins.get(name, '')

@@ -17,10 +17,11 @@ from typing import Any
 
 import yaml
 
+from w2b_core import plain_yaml
+from w2b_core.bodies.wiring import NOMINAL_US_PER_RAD, NOMINAL_ZERO_US, Wiring
 from w2b_core.files import write_atomically
 from w2b_core.sensor_frames import shown
 from w2b_core.shell import w2b_command
-from w2b_hw import plain_yaml
 from w2b_hw.joints import TWIN, JointList
 
 #: Where the robot's own calibration is kept.
@@ -28,9 +29,6 @@ DEFAULT_PATH = Path('~/.config/w2b/calibration.yaml')
 FORMAT, VERSION = 'w2b-calibration', 1
 #: No servo of this class is driven beyond these, whatever a file says.
 SHORTEST_US, LONGEST_US = 500.0, 2500.0
-NOMINAL_ZERO_US = 1500.0
-#: 2000 us for 180 degrees: the nominal micro servo.
-NOMINAL_US_PER_RAD = 2000.0 / math.pi
 #: What servos turn by: those of 270 and of 120 degrees are within it, a wrong mark is often not.
 PLAUSIBLE_US_PER_RAD = (400.0, 900.0)
 _ROUNDING_US = 5.0
@@ -174,14 +172,22 @@ class Calibration:
 
 
 def nominal(calibrated: bool = True, joints: JointList = TWIN) -> Calibration:
-    """Return what an ideal robot has; to start calibrating from, it is not `calibrated`."""
-    least, most = sorted((NOMINAL_US_PER_RAD ** -1 * (end_us - NOMINAL_ZERO_US))
-                         for end_us in (SHORTEST_US, LONGEST_US))
+    """
+    Return what an ideal robot of these joints has, wired as the body's file says.
+
+    To start calibrating from, it is not `calibrated`.
+    """
     return Calibration(Board(), tuple(
-        Servo(joint, channel, min_rad=min(max(low, least), 0.0), max_rad=max(min(high, most), 0.0),
-              calibrated=calibrated)
-        for channel, (joint, low, high) in enumerate(zip(
-            joints.names, joints.lower_rad, joints.upper_rad, strict=True))), joints)
+        _nominal(joint, low, high, wired, calibrated) for joint, low, high, wired in zip(
+            joints.names, joints.lower_rad, joints.upper_rad, joints.wiring, strict=True)), joints)
+
+
+def _nominal(joint: str, low: float, high: float, wired: Wiring, calibrated: bool) -> Servo:
+    least, most = sorted(wired.direction * (end_us - wired.zero_us) / wired.us_per_rad
+                         for end_us in (SHORTEST_US, LONGEST_US))
+    return Servo(joint, wired.channel, wired.direction, wired.zero_us, wired.us_per_rad,
+                 min_rad=min(max(low, least), 0.0), max_rad=max(min(high, most), 0.0),
+                 calibrated=calibrated)
 
 
 def load(path: Path, joints: JointList = TWIN) -> Calibration:

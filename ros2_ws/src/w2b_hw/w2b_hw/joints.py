@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from w2b_core import bodies
 from w2b_core.bodies.model import Body
+from w2b_core.bodies.wiring import CHANNELS, Wiring
 
 #: The body that the robot is built as unless another is named.
 BODY = 'physical_twin'
-#: Outputs of a PCA9685.
-MOST_JOINTS = 16
+MOST_JOINTS = CHANNELS
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,9 @@ class JointList:
     names, lower_rad, upper_rad, park_rad: one for each joint
         Limits, and the pose that servos are energised at and parked in: the standing pose of the
         description, in which all joints are at 0, or as near as the limits allow.
+    wiring
+        Of each joint: the output of its servo, its direction and its pulses, from the body's file;
+        outputs in the order of the joints where none says otherwise.
 
     """
 
@@ -32,12 +36,15 @@ class JointList:
     names: tuple[str, ...]
     lower_rad: tuple[float, ...]
     upper_rad: tuple[float, ...]
+    wiring: tuple[Wiring, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that one board can drive them (ValueError)."""
         if not 0 < len(self.names) <= MOST_JOINTS:
             raise ValueError(f'body {self.body}: expected 1 to {MOST_JOINTS} joints, as many as a '
                              f'servo board has outputs, got {len(self.names)}')
+        if not self.wiring:
+            object.__setattr__(self, 'wiring', tuple(map(Wiring, range(len(self.names)))))
 
     @property
     def park_rad(self) -> tuple[float, ...]:
@@ -51,16 +58,19 @@ class JointList:
         return self.lower_rad[number], self.upper_rad[number]
 
 
-def of_body(body: Body) -> JointList:
+def of_body(body: Body, wiring: Sequence[Wiring] = ()) -> JointList:
     """Return the joints of a body (ValueError if one board cannot drive them)."""
     return JointList(body.name, tuple(joint.name for joint in body.joints),
                      tuple(joint.lower_rad for joint in body.joints),
-                     tuple(joint.upper_rad for joint in body.joints))
+                     tuple(joint.upper_rad for joint in body.joints), tuple(wiring))
 
 
 def named(body: str) -> JointList:
-    """Return the joints of the body with this name (ValueError if there is none)."""
-    return of_body(bodies.get(body))
+    """Return the joints of the body with this name, or in this file (ValueError if none is)."""
+    described = bodies.get(body)
+    if len(described.joints) > MOST_JOINTS:
+        return of_body(described)  # refused there
+    return of_body(described, tuple(bodies.wiring(body).values()))
 
 
 TWIN = named(BODY)

@@ -15,6 +15,7 @@ from enum import Enum
 from importlib import import_module
 from pathlib import Path
 
+from w2b_core import bodies
 from w2b_core.controller import file as controller_file
 from w2b_core.shell import w2b_command
 from w2b_hw import calibration, command_line
@@ -120,8 +121,12 @@ def check_calibration(path: Path, allow_uncalibrated: bool = False,
                  f'MHz, {len(found.servos)} servos')
 
 
-def check_controller(name: str, joints: JointList, imu: bool) -> Check:
-    """Load the controller that the brain is to run: its joints, and what its senses need."""
+def check_controller(name: str, joints: JointList, imu: bool, body: str = '') -> Check:
+    """
+    Load the controller that the brain is to run: its joints, and what its senses need.
+
+    A controller that carries its body must carry `body`, as its file describes it now.
+    """
     try:
         controller = controller_file.load(controller_file.resolve(name))
     except ValueError as error:
@@ -130,6 +135,11 @@ def check_controller(name: str, joints: JointList, imu: bool) -> Check:
         return Check(Grade.FAIL, 'controller', f'{name} drives {len(controller.joints)} joints of '
                      f'{controller.body}, the robot is {joints.body}',
                      'choose a controller of this body')
+    try:
+        if controller.carried is not None:
+            controller.refuse_another_body(bodies.get(body or controller.body))
+    except ValueError as error:
+        return Check(Grade.FAIL, 'controller', f'{name}: {error}')
     lacks = controller.topics - MEASURED - ({'imu/data'} if imu else set())
     if lacks:
         return Check(Grade.FAIL, 'controller', f'{name} senses {", ".join(sorted(lacks))}, which '
@@ -246,7 +256,7 @@ def main() -> None:
     if arguments.controller is not None:
         imu = any(check.name == 'imu' and check.grade is Grade.OK and check.found != NO_IMU
                   for check in checks)
-        checks.append(check_controller(arguments.controller, joints, imu))
+        checks.append(check_controller(arguments.controller, joints, imu, arguments.body))
     for check in checks:
         print(check)
     failed = sum(check.grade is Grade.FAIL for check in checks)

@@ -26,7 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit code."""
     parser = argparse.ArgumentParser(prog='urdf', description=ABOUT,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('body', metavar='BODY', help='one of ' + ', '.join(bodies.names()))
+    parser.add_argument('body', metavar='BODY', help='one of ' + ', '.join(bodies.names())
+                        + ', or a file such as my_robot.yaml')
     parser.add_argument('--plugin', action='append', default=[], metavar='FILE.py',
                         help='a file that registers bodies')
     options = parser.parse_args(arguments)

@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core import bodies
 from w2b_core.command import Answer, listener_of
 from w2b_core.controller import file as controller_file
 from w2b_core.controller.model import Controller
@@ -117,7 +116,7 @@ def talk(controller: str | Path | Controller, texts: Sequence[str], *, seconds: 
     """
     if not isinstance(controller, Controller):
         controller = controller_file.load(controller_file.resolve(str(controller)))
-    body = bodies.get(controller.body)
+    body = controller.described()
     place = WORLDS[world or body.world]
     frames = round(seconds / place.control_period_s)
     if not texts or frames < 2:

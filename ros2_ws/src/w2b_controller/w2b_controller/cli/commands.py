@@ -54,6 +54,7 @@ for _name, _target, _extras, _about in (
         ('relax', 'w2b_hw.relax:main', 'hw', 'all servos off; needs nothing but the bus'),
         ('emulator', 'w2b_hw.entry:emulator', 'hw', 'the chips of a robot, emulated'),
         ('urdf', 'w2b_sim.print_urdf:main', '', "print a body's robot description"),
+        ('robot', 'w2b_sim.own_robot.command:main', 'train', 'your own robot: draft, check it'),
         ('vocabulary', 'w2b_core.vocabulary.command:main', '', 'word vectors: install, look up'),
         ('train', 'training.__main__:main', 'train', 'evolution, the study, what is measured')):
     COMMANDS.add(_name, Command(_target, _about, _extras))

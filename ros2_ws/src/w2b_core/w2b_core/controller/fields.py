@@ -75,6 +75,32 @@ class Fields:
                           lambda value, name, expected:
                           None if value is None else _number(value, name, expected))
 
+    def has(self, key: str) -> bool:
+        """Whether there is such a field that nothing took yet."""
+        return key in self._left
+
+    def flag(self, key: str) -> bool:
+        """Take true or false."""
+        def check(value: object, name: str, expected: str) -> bool:
+            if not isinstance(value, bool):
+                raise ControllerFileError(f'{name}: expected {expected}, got {_kind(value)}')
+            return value
+        return self._take(key, 'true or false', check)
+
+    def numbers_or_none(self, key: str) -> list[float] | None:
+        """Take a list of finite numbers or null."""
+        return None if self._is_null(key) else self.numbers(key)
+
+    def matrix_or_none(self, key: str) -> list[list[float]] | None:
+        """Take what `matrix` takes, or null."""
+        return None if self._is_null(key) else self.matrix(key)
+
+    def _is_null(self, key: str) -> bool:
+        null = key in self._left and self._left[key] is None
+        if null:
+            del self._left[key]
+        return null
+
     def integer(self, key: str) -> int:
         """Take a whole number."""
         return self._take(key, 'a whole number', _integer)

@@ -1,9 +1,11 @@
 """
 A controller and everything that it needs, in one JSON file that people keep, compare and share.
 
-The file holds the network, the body and wiring it was evolved for, the words it was trained on with
-a hash of their vectors, and a free record of the training. Reading trusts nothing: every damage is
-a `ControllerFileError` of one line that names the file, the field, what was expected and what came.
+The file holds the network, the body and senses it was evolved for, the words it was trained on
+with a hash of their vectors, and a free record of the training. A body that does not come with the
+program is described in the file, with a hash: nothing else is needed to use it. Reading trusts
+nothing: every damage is a `ControllerFileError` of one line that names the file, the field, what
+was expected and what came.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
+from w2b_core.bodies import description
 from w2b_core.controller import fields as controller_json
 from w2b_core.controller import legs_format, serial_format
 from w2b_core.controller.fields import ControllerFileError, Fields, Text, expect
@@ -44,6 +47,8 @@ def dumps(controller: Controller) -> str:
         'format': FORMAT, 'version': version, 'body': controller.body,
         'period_s': controller.period_s, **middle,
         'words': [vars(word) for word in controller.words],
+        **({} if controller.carried is None else {
+            'body_description': description.sealed(controller.carried)}),
         'record': controller.record})
 
 
@@ -56,6 +61,8 @@ def loads(text: str) -> Controller:
     expect(version in VERSIONS, 'version',
            f'{" or ".join(map(str, VERSIONS))}, which this program reads', version)
     parts = VERSIONS[version](top)
+    if top.has('body_description'):
+        parts['carried'] = description.unsealed(top.fields('body_description'))
     controller = Controller(
         body=top.text('body'), period_s=top.number('period_s'),
         words=tuple(_word(fields) for fields in top.list_of_fields('words')),

@@ -9,7 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core import senses
+from w2b_core import bodies, senses
+from w2b_core.bodies import description
+from w2b_core.bodies.model import Body
 from w2b_core.controller.fields import ControllerFileError, Text, expect
 from w2b_core.courses import Course
 from w2b_core.network import LeakyNetwork, Network
@@ -97,6 +99,8 @@ class Controller:
         K names in the order of a leaky network's command, and where each takes the body.
     ear
         What turns words into that command; None for a serial network, which hears by itself.
+    carried
+        The body itself, where it is none that comes with the program: a maker's file, a plugin.
 
     Raises
     ------
@@ -116,6 +120,7 @@ class Controller:
     behaviours: tuple[str, ...] = ()
     courses: tuple[Course, ...] = ()
     ear: Ear | None = None
+    carried: Body | None = None
 
     def __post_init__(self) -> None:
         """Check what the types alone do not say."""
@@ -125,11 +130,21 @@ class Controller:
         expect(self.vector_length >= 1, 'network.vector_length', 'at least 1', self.vector_length)
         self._check_sensors()
         self._check_motors()
+        self._check_carried()
         if isinstance(self.network, LeakyNetwork):
             self._check_leaky(self.network)
         else:
             self._check_serial(self.network)
         self._check_words()
+
+    def _check_carried(self) -> None:
+        if self.carried is None:
+            return
+        expect(self.carried.name == self.body, 'body_description.name', repr(self.body),
+               self.carried.name)
+        joints = tuple(joint.name for joint in self.carried.joints)
+        expect(set(self.joints) == set(joints), 'body_description.joints',
+               f'those of the motors, {", ".join(self.joints)}', Text(', '.join(joints)))
 
     def _check_motors(self) -> None:
         seen: set[str] = set()
@@ -228,7 +243,7 @@ class Controller:
         parts = (vars(self.network)[name.name] for name in fields(self.network))
         return (self.body, self.sensors, self.motors, self.period_s, self.words, self.record,
                 self.vector_length, self.behaviours, self.courses,
-                None if self.ear is None else self.ear.to_json(), type(self.network),
+                None if self.ear is None else self.ear.to_json(), self.carried, type(self.network),
                 *((part.shape, part.tobytes()) for part in parts))
 
     @property
@@ -243,6 +258,21 @@ class Controller:
     def joints(self) -> tuple[str, ...]:
         """Names of the joints, in the order of the motor neurons."""
         return tuple(motor.joint for motor in self.motors)
+
+    def described(self) -> Body:
+        """Return the body: the one that it carries, else the registered one (ValueError)."""
+        return bodies.get(self.body) if self.carried is None else self.carried
+
+    def refuse_another_body(self, body: Body) -> None:
+        """Raise ControllerFileError, with both hashes, if `body` is not the one it carries."""
+        if self.carried is None or body.name != self.body:
+            expect(body.name == self.body, 'body', f'{self.body}, which the controller moves',
+                   body.name)
+            return
+        mine, yours = description.sha256(self.carried), description.sha256(body)
+        expect(mine == yours, 'body', f'{body.name} as it was when the controller was made '
+               f'({mine[:12]})', Text(f'{body.name} changed since ({yours[:12]}): train it again, '
+                                      'or use the body that the controller carries'))
 
     @property
     def topics(self) -> frozenset[str]:

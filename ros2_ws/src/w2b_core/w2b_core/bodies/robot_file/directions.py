@@ -1,0 +1,61 @@
+"""What a joint's positive direction does, in words: a person says whether the real one does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import radians
+
+import numpy as np
+from numpy.typing import NDArray
+
+from w2b_core.bodies.model import Body
+from w2b_core.bodies.points import spheres
+from w2b_core.bodies.robot_file.posed import turned
+from w2b_core.bodies.robot_file.stance import origins_m
+
+Array = NDArray[np.float64]
+#: By so much a joint is moved to ask.
+STEP_RAD = radians(10)
+_WORDS = (('forward', 'backward'), ('to the left', 'to the right'), ('up', 'down'))
+#: A component counts if it is at least this share of the whole way.
+_SHARE = 0.4
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The tip of a joint's limb at the stance (3,), from the base, and its way (3,) by the step."""
+
+    tip_m: Array
+    way_m: Array
+
+    @property
+    def words(self) -> str:
+        """How the tip moves, such as `12 mm forward, 5 mm up`."""
+        longest = float(np.linalg.norm(self.way_m))
+        parts = sorted(((abs(float(part)), names[0] if part > 0 else names[1])
+                        for part, names in zip(self.way_m, _WORDS, strict=True)), reverse=True)
+        return ' and '.join(f'{1000 * length:.0f} mm {name}' for length, name in parts
+                            if length >= _SHARE * longest)
+
+
+def motions(body: Body) -> dict[str, Motion]:
+    """Return what a step of each joint in its positive direction does: joint -> motion."""
+    origins = origins_m(body)
+    children: dict[str, list[str]] = {}
+    for joint in body.joints:
+        children.setdefault(joint.parent, []).append(joint.child)
+    found = {}
+    for joint in body.joints:
+        origin = origins[joint.child]
+        limb, waiting = [], [joint.child]
+        while waiting:
+            limb.append(waiting.pop())
+            waiting += children.get(limb[-1], [])
+        points = [origins[name] + np.asarray(body.link(name).centre_m) + place
+                  for name in limb for place, _radius in spheres(body.link(name))]
+        axis = np.asarray(joint.axis) / np.linalg.norm(joint.axis)
+        # The tip is what moves farthest: beside the axis, not along it.
+        tip = max(points, key=lambda point: float(np.linalg.norm(np.cross(axis, point - origin))))
+        way = turned(axis, STEP_RAD) @ (tip - origin) - (tip - origin)
+        found[joint.name] = Motion(tip, way)
+    return found

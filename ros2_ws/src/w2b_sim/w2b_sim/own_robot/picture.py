@@ -1,0 +1,134 @@
+"""A robot drawn from three sides: feet, centre of mass, support polygon, joint directions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from w2b_core.bodies.model import Body, Box, Capsule, Cylinder, Placed, Sphere
+from w2b_core.bodies.robot_file.directions import motions
+from w2b_core.bodies.robot_file.stance import Stance
+from w2b_core.bodies.turning import from_rpy
+
+Array = NDArray[np.float64]
+#: Title, the two axes seen, and the sign of the first: from the left, from the front, from above.
+VIEWS = (('from the left: it faces left', (0, 2), -1.0), ('from the front', (1, 2), 1.0),
+         ('from above: it faces up', (1, 0), -1.0))
+_BASE, _LEGS = '#c9772b', ('#3572b0', '#7aa6d6', '#1f3c5c')
+
+
+def draw(body: Body, stance: Stance, path: Path) -> None:
+    """Draw a body at its stance into a PNG, whole or not at all (OSError)."""
+    from io import BytesIO
+
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from w2b_core.files import write_atomically
+
+    figure = Figure(figsize=(15, 6.5), layout='constrained')
+    FigureCanvasAgg(figure)
+    moves = motions(body)
+    for number, (title, axes, sign) in enumerate(VIEWS):
+        plot: Any = figure.add_subplot(1, 3, number + 1)
+        flat = _Flat(axes, sign)
+        depth = {body.links[0].name: 0}
+        for joint in body.joints:
+            depth[joint.child] = depth[joint.parent] + 1
+        for link in sorted(body.links, key=lambda link: -depth[link.name]):
+            colour = _BASE if depth[link.name] == 0 else _LEGS[(depth[link.name] - 1) % 3]
+            for placed in link.shapes:
+                points = _surface(placed) + stance.origins_m[link.name]
+                _fill(plot, flat(points), colour)
+        if axes == (1, 0):
+            corners = flat(stance_corners(stance))
+            plot.fill(*corners.T, facecolor='none', edgecolor='green', linestyle='--',
+                      label='support polygon')
+        for name, foot in stance.feet.items():
+            at = flat(foot.bottom_m)
+            plot.plot(*at, 'k^', markersize=5)
+            if not _near(axes, foot.bottom_m):
+                continue
+            plot.annotate(f'{name}\n({foot.link})', at, fontsize=7, ha='center', va='top',
+                          xytext=(0, -6), textcoords='offset points')
+        plot.plot(*flat(stance.centre_m), 'rX', markersize=9, label='centre of mass')
+        for joint_name, motion in moves.items():
+            start, way = flat(motion.tip_m), flat(motion.way_m)
+            seen = np.linalg.norm(way) > 0.35 * np.linalg.norm(motion.way_m)
+            if seen and _near(axes, motion.tip_m):
+                plot.annotate('', start + 1.5 * way, start, arrowprops={
+                    'arrowstyle': '->', 'color': 'purple'})
+                plot.annotate(joint_name, start + 1.5 * way, fontsize=5.5, color='purple')
+        plot.set_title(title, fontsize=10)
+        plot.set_aspect('equal')
+        plot.margins(0.15)
+        plot.tick_params(labelsize=7)
+        plot.legend(fontsize=7, loc='upper right')
+    figure.suptitle(f'{body.name}: {stance.mass_kg:.3f} kg, {1000 * body.height_m:.0f} mm high. '
+                    'Purple: where +10 degrees of a joint moves the end of its leg (x 1.5); metres')
+    buffer = BytesIO()
+    figure.savefig(buffer, format='png', dpi=110)
+    write_atomically(path, buffer.getvalue())
+
+
+def _near(axes: tuple[int, int], point: Array) -> bool:
+    """Return whether a point (3,) is on the viewer's side; from above all are."""
+    return bool(axes == (1, 0) or point[1 if axes == (0, 2) else 0] > 0)
+
+
+def stance_corners(stance: Stance) -> Array:
+    """Return the corners (4, 3) of the support polygon."""
+    return np.column_stack([stance.polygon_m, np.zeros(len(stance.polygon_m))])
+
+
+class _Flat:
+    """Points (..., 3) as they are seen (..., 2)."""
+
+    def __init__(self, axes: tuple[int, int], sign: float) -> None:
+        self._axes, self._sign = axes, sign
+
+    def __call__(self, points: Array) -> Array:
+        seen: Array = np.asarray(points)[..., list(self._axes)] * np.array([self._sign, 1.0])
+        return seen
+
+
+def _fill(plot: Any, points: Array, colour: str) -> None:
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        corners = points[ConvexHull(points).vertices]
+    except QhullError:  # seen edge-on
+        corners = points
+    plot.fill(*corners.T, facecolor=colour, edgecolor='black', linewidth=0.5, alpha=0.75)
+
+
+def _surface(placed: Placed) -> Array:
+    """Return points (N, 3) on a shape whose hull is the shape, in the link's frame."""
+    shape, turn = placed.shape, from_rpy(placed.rpy_rad)
+    if isinstance(shape, Box):
+        points = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+                          ) * np.asarray(shape.size_m) / 2
+    elif isinstance(shape, Sphere):
+        points = _ball() * shape.radius_m
+    else:
+        assert isinstance(shape, Capsule | Cylinder)
+        axis = np.asarray(shape.axis) / np.linalg.norm(shape.axis)
+        half = axis * shape.length_m / 2
+        ring = _ball() * shape.radius_m
+        if isinstance(shape, Cylinder):
+            ring = ring - np.outer(ring @ axis, axis)
+        points = np.concatenate([ring + half, ring - half])
+    placed_points: Array = np.asarray(placed.centre_m) + points @ turn.T
+    return placed_points
+
+
+def _ball() -> Array:
+    """Return points (N, 3) spread over the unit sphere (Fibonacci's lattice)."""
+    index = np.arange(200)
+    z = 1 - (2 * index + 1) / 200
+    angle = np.pi * (1 + 5**0.5) * index
+    return np.column_stack([np.cos(angle) * np.sqrt(1 - z**2), np.sin(angle) * np.sqrt(1 - z**2),
+                            z])
