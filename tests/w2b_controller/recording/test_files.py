@@ -7,6 +7,7 @@ import struct
 
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import Writer as McapWriter
 from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer
 
@@ -166,6 +167,23 @@ def test_what_is_no_recording_is_refused(tmp_path, made):
         path.write_bytes(made)
     with pytest.raises(RecordingError, match='expected'):
         list(reader.messages(path))
+
+
+def test_files_of_rosbag2_are_read_in_their_order_with_what_is_latched(tmp_path):
+    for number in (10, 9):
+        with (tmp_path / f'walk_{number}.mcap').open('wb') as stream:
+            writer = McapWriter(stream)
+            writer.start('ros2', 'libmcap')
+            schema = writer.register_schema('std_msgs/msg/String', 'ros2msg', b'string data')
+            for topic, durability in (('/robot_description', 'transient_local'),
+                                      ('/command', 'volatile')):
+                channel = writer.register_channel(topic, 'cdr', schema, {
+                    'offered_qos_profiles': f'- history: keep_last\n  durability: {durability}\n'})
+                writer.add_message(channel, number, cdr(topic), number)
+            writer.finish()
+    found = list(reader.messages(tmp_path))
+    assert [message.log_ns for message in found] == [9, 9, 10, 10]
+    assert [message.latched for message in found] == [True, False] * 2
 
 
 def test_a_definition_holds_those_of_all_its_parts():

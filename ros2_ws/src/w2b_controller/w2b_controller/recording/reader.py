@@ -41,7 +41,7 @@ class Recorded:
 def files(path: Path) -> list[Path]:
     """Return the files of a recording, which is a folder or one file, in the order of time."""
     if path.is_dir():
-        found = sorted(path.glob('*.mcap'))
+        found = sorted(path.glob('*.mcap'), key=lambda one: (len(one.name), one.name))
         if found:
             return found
     elif path.is_file():
@@ -69,6 +69,13 @@ def messages(path: Path) -> Iterator[Recorded]:
         raise RecordingError(f'{path}: expected messages, got none')
 
 
+def latched(channel: Channel) -> bool:
+    """Return whether late listeners got the last message, in our files and in those of rosbag2."""
+    offered = channel.metadata.get('offered_qos_profiles', '')
+    return (channel.metadata.get(DURABILITY) == LATCHED or LATCHED in offered
+            or 'durability: 1' in offered)
+
+
 def _messages(path: Path) -> Iterator[Recorded]:
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
@@ -82,8 +89,7 @@ def _messages(path: Path) -> Iterator[Recorded]:
                     channels[record.id] = record
                 elif isinstance(record, Message):
                     channel = channels[record.channel_id]
-                    yield Recorded(channel.topic, schemas[channel.schema_id],
-                                   channel.metadata.get(DURABILITY) == LATCHED,
+                    yield Recorded(channel.topic, schemas[channel.schema_id], latched(channel),
                                    record.log_time, record.data)
         except BROKEN:
             # Its recorder was killed, or it is no MCAP: `messages` says so if nothing is left.
