@@ -1,5 +1,5 @@
 # Each target sets up what it needs in .venv, the first time and every time.
-.PHONY: help setup setup-demo build build-demo demo test lint docs bench faults figures study report clean
+.PHONY: help setup setup-demo setup-play build build-demo build-play demo play test lint docs bench faults figures study report clean
 PYTHON ?= python3
 export PYTHON
 # A domain of its own, on this machine only: nothing here meets another ROS system.
@@ -29,11 +29,22 @@ build: setup     ## Build the ROS 2 workspace with colcon
 build-demo: setup-demo
 	$(COLCON)
 
+setup-play:
+	@scripts/setup play
+
+build-play: setup-play
+	$(COLCON)
+
 demo: build-demo ## Walk the simulated robot by words; writes out/demo/
 	@$(RUN) python -m demo --out out/demo
 
-test: build      ## Run all tests
-	@$(RUN) python -m pytest -q
+play: build-play ## Talk to a robot in the browser (ROBOT=, ENGINE=, HARDWARE=simulated, PORT=)
+	@$(RUN) w2b play $(if $(ROBOT),--robot $(ROBOT)) $(if $(ENGINE),--engine $(ENGINE)) \
+	    $(if $(HARDWARE),--hardware $(HARDWARE)) $(if $(PORT),--port $(PORT)) $(ARGS)
+
+test: build      ## Run all tests: two at a time, then those against the clock one by one
+	@$(RUN) python -m pytest -q -n 2 --dist loadfile -m 'not realtime'
+	@$(RUN) python -m pytest -q -m realtime
 
 lint: setup      ## Style and types
 	@.venv/bin/ruff check .
@@ -41,7 +52,7 @@ lint: setup      ## Style and types
 
 docs:            ## Build the documentation's site, strictly; writes out/site/
 	@scripts/setup docs
-	@.venv/bin/mkdocs build --quiet --strict
+	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet --strict && echo "docs: out/site/index.html"
 
 bench: build     ## Measure the engines' speed and the robot's timing (ARGS=--json)
 	@$(RUN) python scripts/bench $(ARGS)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from demo.film import COLOURS
 from demo.robot import Motion
 from demo.script import Seen
+from w2b_core.behaviours import BEHAVIOURS
 
 
 def plot_paths(shown: Sequence[tuple[Seen, Motion]], path: Path) -> None:
@@ -26,7 +27,7 @@ def plot_paths(shown: Sequence[tuple[Seen, Motion]], path: Path) -> None:
         way.plot(x, y, '-' if seen.trained else '--', lw=2.0, color=colour, label=label)
         way.plot(x[-1], y[-1], 's' if seen.trained else 'D', color=colour, ms=6,
                  mfc=colour if seen.trained else 'none')
-        if seen.line.behaviour in ('stop', 'sit'):
+        if seen.line.behaviour and not BEHAVIOURS.get(seen.line.behaviour).moves:
             # Distance from where it came to rest: what one path over another would hide.
             drift = 1e3 * np.hypot(x - x[-1], y - y[-1])
             rest.plot(np.linspace(0, seen.line.seconds, len(drift)), drift, color=colour, lw=2.0,

@@ -83,7 +83,8 @@ def seen(line: Line, answer: str, trained: bool, motion: Watched, stand_m: float
     the robot stands.
     """
     positions, headings = motion.positions_m, motion.headings_rad
-    begin = round(settle_s / period_s) if line.behaviour in ('stop', 'sit') else 0
+    rests = bool(line.behaviour) and not BEHAVIOURS.get(line.behaviour).moves
+    begin = round(settle_s / period_s) if rests else 0
     ahead = np.array([cos(headings[begin]), sin(headings[begin])])
     moved = positions[-1, :2] - positions[begin, :2]
     return Seen(line, answer, trained, float(moved @ ahead), float(np.hypot(*moved)),

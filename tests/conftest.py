@@ -16,6 +16,19 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 ROOT = Path(__file__).resolve().parent.parent
 
 
+#: Folders and files of tests that run processes against the clock: robots, nodes, measurements.
+REALTIME = ('examples', 'faults', 'ros', 'w2b_controller', 'w2b_hw', 'w2b_ros', 'test_demo.py',
+            'test_readme.py', 'training/measure')
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of `REALTIME`: beside others on the same processors they would be late."""
+    places = [ROOT / 'tests' / name for name in REALTIME]
+    for item in items:
+        if any(item.path.is_relative_to(place) for place in places):
+            item.add_marker('realtime')
+
+
 @pytest.fixture(scope='session')
 def shared() -> Path:
     """The folder of reference material beside a developer's checkout; skips where it is absent."""

@@ -44,6 +44,11 @@ def test_each_ros_package_has_the_one_version(name):
     assert 'package.xml' in ast.unparse(setup_arguments(PACKAGES[name])['version'])
 
 
+def test_a_citation_names_the_same_version():
+    lines = (ROOT / 'CITATION.cff').read_text().splitlines()
+    assert f'version: {w2b_core.__version__}' in lines
+
+
 def test_every_program_that_colcon_installs_is_a_subcommand_of_w2b():
     of_colcon = {name: target for package in PACKAGES.values()
                  for name, target in scripts(package).items()}

@@ -38,6 +38,8 @@ COMMANDS = {
                     'what the body does under words, heard in training or not'),
     'judge': ('training.judge.command',
               'what a controller does in an independent engine, under disturbances'),
+    'evidence': ('training.judge.evidence',
+                 "the judge's rows of a champion, and which bounds they miss"),
     'grounding': ('training.grounding.benchmark',
                   'judge hearing on a lexicon: unseen words, refusal, phrases, rivals'),
     'study': ('training.study.command', 'the whole study of the paper, or a part of it'),
@@ -49,6 +51,9 @@ COMMANDS = {
     'report': ('training.report.command', "a study's tables and figures as one HTML file"),
     'robustness': ('training.study.robustness', "re-score a study's champions elsewhere"),
     'fidelity': ('training.measure.fidelity', 'how closely the engines repeat recorded traces'),
+    'servos': ('training.measure.servos', 'what a controller asks of its servos, an estimate'),
+    'standing': ('training.measure.standing', 'sweeps that a body stands still with, and their '
+                 'cost'),
     'bench': ('training.measure.bench', 'evaluations a second of the engines'),
 }
 

@@ -64,3 +64,15 @@ def test_a_text_that_is_refused_moves_nothing():
 def test_no_time_is_refused():
     with pytest.raises(ValueError, match=r'talk: expected texts and at least 0\.1 s for each'):
         talk('quadruped', ['forward'], seconds=0.01)
+
+
+@pytest.mark.parametrize('notebook', sorted(EXAMPLES.glob('*.ipynb')), ids=lambda path: path.stem)
+def test_notebooks_run_from_top_to_bottom(notebook, tmp_path, monkeypatch):
+    nbformat = pytest.importorskip('nbformat', reason='notebooks: requirements/dev.txt')
+    nbclient = pytest.importorskip('nbclient', reason='notebooks: requirements/dev.txt')
+    monkeypatch.setenv('IPYTHONDIR', str(tmp_path))
+    found = nbformat.read(notebook, as_version=4)
+    assert not any(cell.get('outputs') for cell in found.cells), 'committed without outputs'
+    nbclient.NotebookClient(found, timeout=250,
+                            resources={'metadata': {'path': str(tmp_path)}}).execute()
+    assert any(cell.get('outputs') for cell in found.cells)

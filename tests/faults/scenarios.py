@@ -415,8 +415,8 @@ def imu_setup_flipped() -> Outcome:
 def imu_data_flipped() -> Outcome:
     lost = 0
     with walking() as rig:
-        for bit in range(32, 128):
-            rig.wire.once(flipped_bit(bit), when=is_read_of(0x1E))
+        for bit in range(2 * 7 * 8):
+            rig.wire.once(flipped_bit(bit), when=is_read_of(0x78))
             lost += not_disturbed(rig, FRAME_S).frames
     return Outcome(lost, 1e3 * FRAME_S * lost)
 

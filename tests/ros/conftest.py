@@ -34,7 +34,7 @@ def installed(tmp_path_factory) -> Path:
          '--base-paths', str(SOURCES), '--build-base', str(folder / 'build'),
          '--install-base', str(folder / 'install'),
          '--packages-select', 'w2b_core', 'w2b_ros', 'w2b_controller', 'w2b_description',
-         'w2b_sim', 'w2b_hw'],
+         'w2b_sim', 'w2b_hw', 'w2b_web'],
         cwd=folder, env=environment, check=True, capture_output=True, timeout=600)
     return folder / 'install'
 

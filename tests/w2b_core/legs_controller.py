@@ -6,8 +6,8 @@ from importlib.resources import files
 import numpy as np
 
 from w2b_core import bodies
+from w2b_core.behaviours import course_of
 from w2b_core.controller import file as controller_file
-from w2b_core.courses import course_of
 from w2b_core.hearing import Ear
 from w2b_core.network.leaky import BLOCKS, LEAST_LEAK, LeakyNetwork
 

@@ -45,7 +45,7 @@ def test_nothing_earns_more_than_what_was_asked_for(name):
 @pytest.mark.parametrize('name', ['left', 'right', 'sit'])
 def test_a_figure_that_the_engine_did_not_tell_is_asked_for_by_name(name):
     silent = Motion(np.zeros(1), np.zeros(1))
-    with pytest.raises(ValueError, match=r'expected an engine that tells (yaw_rad|height)'):
+    with pytest.raises(ValueError, match=r'expected an evaluation with (yaw_rad|height)'):
         BEHAVIOURS.get(name).progress(silent)
 
 

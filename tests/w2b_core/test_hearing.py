@@ -179,7 +179,14 @@ def test_guesses_give_way_to_what_is_known_and_are_not_trusted_in_long_sentences
     assert behaviour('flop') == 'backward'
     assert behaviour('flop table') == 'backward'
     assert behaviour('flop big table') == ''
-    assert behaviour('go flop') == 'forward'
+    assert behaviour('go big flop') == 'forward'
+    assert behaviour('go flop') == 'backward'  # as in *walk backwards*: it says how
+    assert behaviour('stop flop') == 'stop'
+    assert behaviour('the flop') == ''  # a thing
+    assert behaviour('go the flop') == 'forward'
+    assert behaviour('a flop') == 'backward'  # *take a step*
+    assert behaviour('not the flop') == 'stop'
+    assert behaviour('the desist') == 'stop'
     assert behaviour('desist big table') == ''
     assert behaviour('go desist big table') == 'stop'
     assert behaviour('stop big old table') == 'stop'

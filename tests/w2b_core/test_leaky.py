@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from w2b_core import bodies
-from w2b_core.courses import DEFAULT_BEHAVIOURS
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS
 from w2b_core.network.leaky import BLOCKS, Drive, LeakyNetwork, LeakyState, step
 from w2b_core.network.sharing import Sharing, mirrored_hidden
 from w2b_core.network.symmetry import (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from w2b_core.courses import DEFAULT_BEHAVIOURS, holds
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS, holds
 from w2b_core.senses import SENSES, Readings, Reference, gravity_in, heading_of, read, split
 
 

@@ -98,17 +98,24 @@ def test_a_mark_that_no_servo_has_is_doubted(bench, steps, doubted):
     assert bool(bench.session.finished().servos[4].doubt) is doubted
 
 
+#: A hip's mark, 360 us from its zero; and back to zero, ten degrees on, and that it moved right.
+MARK, DIRECTION = '>' * 18 + 'm', 'tty'
+
+
 def calibrated(bench):
     return [servo.joint for servo in bench.session.finished().servos if servo.calibrated]
 
 
-def test_a_servo_is_calibrated_when_its_zero_and_its_mark_were_found(bench):
+def test_a_servo_is_calibrated_when_zero_mark_and_direction_were_found(bench):
     assert '0 of 12 done' in bench.session.show()
-    assert 'lacks z and m' in bench.session.show()
+    assert 'lacks z and m and t' in bench.session.show()
     bench.press('e>z')
     assert calibrated(bench) == []
-    assert 'lacks m' in bench.session.show()
-    bench.press('>' * 18 + 'm')
+    assert 'lacks m and t' in bench.session.show()
+    bench.press(MARK)
+    assert calibrated(bench) == []
+    assert 'lacks t' in bench.session.show()
+    bench.press(DIRECTION)
     assert calibrated(bench) == ['front_left_hip']
     assert 'calibrated, 1 of 12 done' in bench.session.show()
     assert bench.session.finished().problem.startswith(
@@ -119,17 +126,55 @@ def test_a_servo_is_calibrated_when_its_zero_and_its_mark_were_found(bench):
 
 def test_all_twelve_make_a_calibration_without_a_problem(bench):
     for _ in range(12):
-        bench.press('e>z' + '>' * 18 + 'mn')
+        bench.press(f'e>z{MARK}{DIRECTION}n')
     assert '12 of 12 done' in bench.session.show()
     assert bench.session.finished().problem == ''
 
 
-@pytest.mark.parametrize(('key', 'left'), [('+', 0), ('-', 0), (']', 10), ('d', 12), ('u', 12)])
+@pytest.mark.parametrize(('key', 'left'), [('+', 0), ('-', 0), (']', 10), ('d', 11), ('u', 12)])
 def test_what_was_found_of_another_servo_or_with_another_clock_counts_no_more(bench, key, left):
     for _ in range(12):
-        bench.press('e>z' + '>' * 18 + 'mn')
+        bench.press(f'e>z{MARK}{DIRECTION}n')
     bench.press(key)
     assert len(calibrated(bench)) == left
+
+
+def test_a_joint_moves_by_ten_degrees_and_what_is_asked_is_what_the_body_does(bench):
+    bench.press(f'e>z{MARK}')
+    zero_us, slope = 1520.0, 360 / math.radians(30)
+    assert 'at zero' in bench.press('t')
+    assert bench.driven() == {0: pytest.approx(zero_us, abs=3)}
+    # A hip of the twin turns about the vertical: its front left foot goes back and to the left.
+    asked = bench.press('t')
+    assert bench.driven() == {0: pytest.approx(zero_us + slope * math.radians(10), abs=3)}
+    assert '+10 degrees' in asked
+    assert 'backward' in asked
+    assert 'to the left' in asked
+    assert 'direction confirmed' in bench.press('y')
+    assert calibrated(bench) == ['front_left_hip']
+
+
+def test_a_direction_that_was_wrong_is_turned_round_and_has_to_be_tried_again(bench):
+    bench.press(f'e>z{MARK}')
+    bench.press('ttd')
+    assert calibrated(bench) == []
+    assert bench.session.finished().servos[0].direction == -1
+    bench.press('tt')
+    assert bench.driven() == {0: pytest.approx(1520 - 120, abs=3)}
+    bench.press('y')
+    assert calibrated(bench) == ['front_left_hip']
+    bench.press('d')
+    assert calibrated(bench) == []
+
+
+def test_nothing_is_confirmed_that_was_not_tried(bench):
+    assert 'energise it first' in bench.press('t')
+    assert 'find its zero first' in bench.press('et')
+    bench.press(f'>z{MARK}')
+    assert 'try it first' in bench.press('y')
+    # Something else in between: the question is forgotten.
+    assert 'try it first' in bench.press('tt.y')
+    assert calibrated(bench) == []
 
 
 def test_saved_is_only_what_is_in_the_file(bench):
@@ -339,7 +384,7 @@ def test_one_of_twelve_is_saved_as_one_of_twelve_and_goes_on_later(chips, tmp_pa
     path = tmp_path / 'c.yaml'
     terminal = ScriptedTerminal('--transport', f'emulated:{chips.path}', '--file', str(path))
     terminal.expect('front_left_hip')
-    terminal.type('e>z' + '>' * 18 + 'm')
+    terminal.type('e>z' + MARK + DIRECTION)
     terminal.expect('1 of 12 done')
     terminal.type('s')
     terminal.expect('1 of 12 servos are calibrated; not back_left_hip')

@@ -120,6 +120,23 @@ def test_the_filter_learns_the_bias_while_it_stands_and_keeps_its_heading(tmp_pa
     assert abs(np.degrees(heading_rad(robot.report.orientation) - before)) < 2
 
 
+def test_quick_swings_do_not_turn_the_heading_of_the_filter(robot):
+    """Twisting at 19 Hz, of which one sample a frame would make slow turns of its own."""
+    robot.arm()
+    for _ in range(130):
+        robot.frame(np.zeros(12))
+    errors = []
+    for number in range(200):
+        hips = np.zeros(12)
+        hips[:4] = 0.5 if number % 2 else -0.5
+        robot.frame(hips)
+        errors.append(np.degrees(heading_rad(robot.report.orientation)
+                                 - heading_rad(robot.seen['orientation_xyzw'])))
+    errors = np.unwrap(errors, period=360)
+    assert np.ptp(errors[-40:]) > 0
+    assert abs(np.mean(errors[-20:]) - np.mean(errors[:20])) < 2.0
+
+
 def test_two_runs_are_the_same_to_the_bit(tmp_path):
     seen = []
     for _ in range(2):

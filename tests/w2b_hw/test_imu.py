@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from w2b_hw.emulation.faults import FaultyTransport, flipped_bit, is_read_of
 from w2b_hw.emulation.robot import EmulatedRobot
@@ -14,9 +15,11 @@ from w2b_hw.imu.orientation import (
     TILT_VARIANCE,
     Orientation,
 )
-from w2b_hw.imu.part import FROZEN_AFTER, ImuError, Sample
+from w2b_hw.imu.part import FROZEN_AFTER, ImuError, Sample, mean_rate_rad_s
 
 KINDS = ['lsm6dsox', 'icm20948']
+FIFO = 0x78
+GYROSCOPE_AT_REST, ACCELEROMETER_AT_REST = b'\x08' + bytes(6), b'\x10' + bytes(6)
 
 
 class Bench:
@@ -37,6 +40,7 @@ def bench(request):
 
 
 def test_a_sample_is_what_the_motion_is(bench):
+    bench.read()
     motion = bench.robot.motion
     motion.acceleration_m_s2 = (1.5, -3.0, 9.0)
     motion.angular_velocity_rad_s = (0.5, -1.0, 3.0)
@@ -89,18 +93,79 @@ def test_a_part_that_repeats_itself_is_an_error():
     bench = Bench('lsm6dsox')
 
     def same(transport, messages):
-        return [b'\x03\x00' + bytes(14)]
-    bench.faulty.once(same, FROZEN_AFTER, when=is_read_of(0x1E))
+        words = transport.transfer(messages)[0]
+        return [(GYROSCOPE_AT_REST + ACCELEROMETER_AT_REST) * (len(words) // 14)]
+    bench.faulty.once(same, FROZEN_AFTER, when=is_read_of(FIFO))
     for _ in range(FROZEN_AFTER - 1):
         bench.read()
     with pytest.raises(ImuError, match='frozen: 3 samples with the same bits'):
         bench.read()
 
 
-@pytest.mark.parametrize('bit', range(24))
-def test_every_flipped_bit_of_the_lsm6dsox_setup_is_noticed(bit):
+def test_a_sample_is_the_mean_over_the_frame():
+    """At 20 Hz, one sample a frame sees every swing at the same point: a turn that is none."""
     bench = Bench('lsm6dsox')
-    bench.robot.imu_chips[0].registers[0x10 + bit // 8] ^= 1 << bit % 8
+    chip, motion = bench.robot.imu_chips[0], bench.robot.motion
+    bench.read()
+    rates, forces = [], []
+    began_s, now_s = bench.now_s, bench.now_s
+    while now_s < began_s + 1.0:
+        now_s += 1e-3
+        swing = 2.0 * math.cos(2 * math.pi * 20 * (now_s - began_s))
+        motion.angular_velocity_rad_s = (0.0, 0.0, 0.3 + swing)
+        motion.acceleration_m_s2 = (swing, 0.0, 9.8)
+        bench.now_s = now_s
+        chip.take_samples()
+        if round((now_s - began_s) / 1e-3) % 50 == 0:
+            sample = bench.part.read()
+            rates.append(sample.angular_velocity_rad_s[2])
+            forces.append(sample.acceleration_m_s2[0])
+    assert len(rates) == 20
+    # Five or six samples of 104 Hz do not fill a swing of 50 ms evenly, but on average.
+    assert np.mean(rates) == pytest.approx(0.3, abs=0.05)
+    assert np.mean(forces) == pytest.approx(0.0, abs=0.05)
+
+
+def test_turns_about_different_axes_do_not_just_add_up():
+    rates = np.array([[3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [-3.0, 0.0, 0.0], [0.0, -3.0, 0.0],
+                      [0.0, 0.0, 1.0]])
+    turn = Rotation.identity()
+    for rate in rates:
+        turn = turn * Rotation.from_rotvec(rate * 0.01)
+    exact = turn.as_rotvec() / 0.05
+    mean = mean_rate_rad_s(rates, 0.01)
+    np.testing.assert_allclose(mean, exact, atol=3e-3)
+    assert np.abs(rates.mean(axis=0) - exact).max() > 0.015
+
+
+def test_what_was_not_read_for_long_is_thrown_away():
+    bench = Bench('lsm6dsox')
+    chip, motion = bench.robot.imu_chips[0], bench.robot.motion
+    bench.read()
+    motion.angular_velocity_rad_s = (0.0, 0.0, 2.0)
+    bench.now_s += 3.0
+    chip.take_samples()
+    motion.angular_velocity_rad_s = (0.0, 0.0, 0.0)
+    assert bench.read().angular_velocity_rad_s[2] == pytest.approx(0.0, abs=2e-3)
+    assert bench.read().angular_velocity_rad_s[2] == pytest.approx(0.0, abs=2e-3)
+
+
+def test_words_of_one_sensor_only_are_an_error():
+    bench = Bench('lsm6dsox')
+
+    def no_accelerometer(transport, messages):
+        return [GYROSCOPE_AT_REST * (len(transport.transfer(messages)[0]) // 7)]
+    bench.faulty.once(no_accelerometer, when=is_read_of(FIFO))
+    with pytest.raises(ImuError, match='expected words of both sensors in its FIFO, got the tags'):
+        bench.read()
+    assert bench.read().acceleration_m_s2[2] == pytest.approx(9.81, abs=0.02)
+
+
+@pytest.mark.parametrize('bit', [*range(32), *range(72, 96)])
+def test_every_flipped_bit_of_the_lsm6dsox_setup_is_noticed(bit):
+    """Of the FIFO's and the sensors' control registers; an unused one does no harm either way."""
+    bench = Bench('lsm6dsox')
+    bench.robot.imu_chips[0].registers[0x07 + bit // 8] ^= 1 << bit % 8
     with pytest.raises(ImuError, match='lost its setup'):
         bench.read()
     bench.part.configure()
@@ -163,18 +228,18 @@ def test_the_magnetometer_gives_heading_from_east():
     assert settled(use_magnetometer=True)[0].yaw_variance < settled()[0].yaw_variance
 
 
-@pytest.mark.parametrize('bit', range(96))
-def test_a_flipped_bit_in_one_sample_turns_the_orientation_by_less_than_two_degrees(bit):
-    """A gyroscope word's top bit is 573 degrees/s for one frame: that much is not hidden."""
+@pytest.mark.parametrize('bit', range(2 * 7 * 8))
+def test_a_flipped_bit_in_one_frame_turns_the_orientation_by_less_than_two_degrees(bit):
+    """A gyroscope word's top bit is 573 degrees/s for one sample: that much is not hidden."""
     bench = Bench('lsm6dsox')
     orientation = Orientation(20.0, bench.part.gyroscope_range_dps)
     for _ in range(120):
         before = orientation.update(bench.read(), 0.05)
-    bench.faulty.once(flipped_bit(32 + bit), when=is_read_of(0x1E))
+    bench.faulty.once(flipped_bit(bit), when=is_read_of(FIFO))
     after = orientation.update(bench.read(), 0.05)
     turned = 2 * math.degrees(math.acos(min(1.0, abs(float(np.dot(before, after))))))
-    gyroscope, significance = bit < 48, bit % 16
-    step = 17.5e-3 * 2 ** significance * 0.05 if gyroscope else 0.0
+    word = bit - 8
+    step = 17.5e-3 * 2 ** (word % 16) * 0.05 / 5 if 0 <= word < 48 else 0.0
     assert turned < max(2.0, 1.05 * step + 0.5)
 
 

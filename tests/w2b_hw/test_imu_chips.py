@@ -1,6 +1,7 @@
 """The emulated IMU chips against their data sheets, byte by byte, without any driver."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -83,6 +84,64 @@ def test_lsm6dsox_saturates_at_its_full_scale(st):
     st.robot.motion.acceleration_m_s2 = (9 * GRAVITY, -9 * GRAVITY, 0.0)
     st.send(0x6A, 0x10, 0x48)  # 4 g
     assert words(st.get(0x6A, 0x28, 6))[:2] == [32767, -32768]
+
+
+def fifo(bench):
+    low, high = bench.get(0x6A, 0x3A, 2)
+    count = low | (high & 3) << 8
+    data = bench.get(0x6A, 0x78, 7 * count) if count else b''
+    return [(data[n] >> 3, words(data[n + 1:n + 7])) for n in range(0, len(data), 7)]
+
+
+def both_into_the_fifo(bench):
+    for register, value in ((0x10, 0x48), (0x11, 0x44), (0x12, 0x44), (0x09, 0x44), (0x0A, 0x06)):
+        bench.send(0x6A, register, value)
+
+
+def test_lsm6dsox_fifo_keeps_every_sample_of_both_sensors(st):
+    both_into_the_fifo(st)
+    fifo(st)
+    assert fifo(st) == []
+    st.robot.motion.angular_velocity_rad_s = (0.0, math.radians(100), 0.0)
+    st.now_s += 10 / 104 + 1e-6
+    got = fifo(st)
+    assert [tag for tag, _ in got] == [1, 2] * 10
+    for tag, values in got:
+        assert values == pytest.approx([0, 100e3 / 17.5, 0] if tag == 1
+                                       else [0, 0, 1000 / 0.122], abs=3)
+    # No two are the same: each has its own noise.
+    assert len({tuple(values) for _tag, values in got}) > 10
+
+
+def test_lsm6dsox_fifo_holds_the_newest_512_words_and_bypass_empties_it(st):
+    both_into_the_fifo(st)
+    st.now_s += 60.0
+    assert len(fifo(st)) == 512
+    st.now_s += 1.0
+    st.send(0x6A, 0x0A, 0x00)
+    assert fifo(st) == []
+    st.now_s += 1.0
+    assert fifo(st) == []
+
+
+def test_lsm6dsox_fifo_keeps_only_what_is_batched_and_its_status_is_read_only(st):
+    both_into_the_fifo(st)
+    st.send(0x6A, 0x09, 0x40)
+    fifo(st)
+    st.now_s += 5 / 104 + 1e-6
+    st.send(0x6A, 0x3A, 0x7F)
+    assert [tag for tag, _ in fifo(st)] == [1] * 5
+
+
+def test_lsm6dsox_tags_have_even_parity_and_count_the_samples(st):
+    both_into_the_fifo(st)
+    st.now_s += 8 / 104
+    st.get(0x6A, 0x3A, 2)
+    tags = st.get(0x6A, 0x78, 7 * 8)[::7]
+    assert all(tag.bit_count() % 2 == 0 for tag in tags)
+    counts = [tag >> 1 & 3 for tag in tags]
+    assert counts[::2] == counts[1::2]
+    assert [(b - a) % 4 for a, b in pairwise(counts[::2])] == [1] * 3
 
 
 def test_lis3mdl_identity_and_reset_values(st):

@@ -23,3 +23,26 @@ def skew() -> Body:
         joints=(Joint('shoulder', 'base_link', 'arm', (0.0, 0.0, 0.06), (0.0, -1.0, 0.0),
                       servo=SERVO),),
         sensors=(), height_m=0.06, length_m=0.12, world='earth')
+
+
+def bent(leg_kg: float = 0.01) -> Body:
+    """A biped on bent legs with long feet across: light legs under a heavy trunk, which creep."""
+    links = [Link('base_link', Box((0.1, 0.16, 0.04)), 1.2)]
+    joints = []
+    for side, y in (('left', 0.07), ('right', -0.07)):
+        thigh, shank = (0.04, 0.0, -0.06), (-0.04, 0.0, -0.06)
+        links += [
+            Link(f'{side}_thigh', (Placed(Capsule(0.06, 0.008, (0.5547, 0.0, -0.83205)),
+                                          (0.02, 0.0, -0.03)),), leg_kg, (0.02, 0.0, -0.03)),
+            Link(f'{side}_shank', (
+                Placed(Capsule(0.06, 0.008, (-0.5547, 0.0, -0.83205)), (-0.02, 0.0, -0.03)),
+                Placed(Capsule(0.12, 0.01, (1.0, 0.0, 0.0)), shank),
+                Placed(Box((0.02, 0.04, 0.01)), (-0.03, 0.0, -0.05), (0.0, 0.4, 0.2)),
+                Placed(Cylinder(0.03, 0.004, (1.0, 0.0, 1.0)), (-0.01, 0.0, -0.02))),
+                leg_kg, (-0.03, 0.0, -0.045))]
+        joints += [Joint(f'{side}_hip', 'base_link', f'{side}_thigh', (0.0, y, -0.02),
+                         (0.0, -1.0, 0.0), servo=SERVO),
+                   Joint(f'{side}_knee', f'{side}_thigh', f'{side}_shank', thigh,
+                         (0.0, -1.0, 0.0), servo=SERVO)]
+    return Body(name='bent', description='a biped on bent legs', links=tuple(links),
+                joints=tuple(joints), sensors=(), height_m=0.15, length_m=0.12, world='earth')

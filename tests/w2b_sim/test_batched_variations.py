@@ -152,7 +152,7 @@ def test_a_weak_servo_does_not_lift():
         joint.servo, max_torque_nm=joint.servo.max_torque_nm / 1000)) for joint in body.joints))
     world = replace(EARTH, steps=20, physics_steps=10)
     network = random_networks(body, 4)
-    outcomes = [BatchedEngine(one, world, 'single').record(network, WORDS[:1], [Start()])[1]
+    outcomes = [BatchedEngine(one, world, 'single').record(network, WORDS[:1], [Start()])
                 for one in (body, weak)]
     heights = [outcome.position_m[:, 0, 0, -1, 2] for outcome in outcomes]
     assert (heights[1] < 0.05).all()

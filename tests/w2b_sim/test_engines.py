@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.w2b_sim.odd_bodies import TENSOR, skew
 from w2b_core import bodies
@@ -59,6 +60,23 @@ def test_a_body_in_the_air_falls_at_g_and_feels_nothing(make, engine, name, worl
     assert frame.velocity_m_s[2] == pytest.approx(world.gravity_m_s2 * fallen_s, rel=0.01)
     np.testing.assert_allclose(frame.imu.specific_force_m_s2, 0, atol=0.02 * abs(
         world.gravity_m_s2))
+
+
+@every_engine
+def test_the_gyroscope_feels_the_whole_turn_of_each_control_period(make, engine):
+    """What it says of every period, put together, leads from the first attitude to the last."""
+    simulation = make(engine, TWIN)
+    turn, turned = Rotation.from_quat(simulation.observe().orientation_xyzw), []
+    for number in range(40):
+        targets = middle(TWIN)
+        targets[::3] += 0.4 * np.sin(number * np.array([1.9, 2.5, 1.4, 2.9]))
+        simulation.step(targets)
+        rate = simulation.observe().imu.angular_velocity_rad_s
+        turn = turn * Rotation.from_rotvec(rate * EARTH.control_period_s)
+        turned.append(np.abs(rate).max())
+    there = Rotation.from_quat(simulation.observe().orientation_xyzw)
+    assert max(turned) > 0.5
+    assert (there * turn.inv()).magnitude() < 1e-4
 
 
 @every_engine

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from w2b_core import bodies
-from w2b_core.courses import DEFAULT_BEHAVIOURS, holds
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS, holds
 from w2b_core.network.leaky import BLOCKS, LeakyNetwork, LeakyState, step
 from w2b_core.network.sharing import Sharing, mirrored_hidden
 from w2b_core.network.symmetry import find_mirrors
@@ -23,7 +24,8 @@ FORWARD, LEFT, STOP = (COMMANDS[DEFAULT_BEHAVIOURS.index(name)]
 #: Of every kind, on either body.
 SENSES = {'physical_twin': ('heading', 'yaw_rate', 'steer', 'gravity:x', 'gravity:y', 'gravity:z',
                             'position:front_left_knee', 'motor:back_right_hip',
-                            'touch:front_left_tibia'),
+                            'touch:front_left_tibia', 'position:back_left_ankle',
+                            'motor:front_right_knee'),
           'quadruped': ('touch:left_lower_leg', 'steer', 'heading', 'position:front_hip')}
 WORLDS = {'physical_twin': replace(EARTH, physics_steps=10), 'quadruped': PAPER}
 
@@ -86,6 +88,9 @@ def test_it_is_the_numpy_network_to_a_millionth_over_100_frames(name):
                 dict(zip(names, state.motors, strict=True)), walk.yaw_rad[t],
                 walk.yaw_rate_rad_s[t], gravity_in((x, y, z, w)))
             state = step(network, state, drive, read(senses, readings, reference))
+        turns = Rotation.from_quat(walk.orientation_wxyz[:, [1, 2, 3, 0]])
+        rates = (turns[:-1].inv() * turns[1:]).as_rotvec()[:, 2] / recording.period_s
+        np.testing.assert_allclose(walk.yaw_rate_rad_s, [0.0, *rates], atol=0.02)
         moved = np.ptp(walk.target_rad, axis=0)
         assert moved.max() > 0.2, 'a network that stands proves nothing'
 
@@ -159,7 +164,11 @@ def test_servos_at_their_limit_and_their_torque_are_recorded(twin, walkers):
 def test_a_mirrored_command_gives_the_mirrored_walk(twin):
     """The symmetry that is found from the geometry holds in the simulation: right is left's."""
     body = bodies.get('physical_twin')
-    senses = tuple(sense for sense in SENSES['physical_twin'] if ':' not in sense)
+    # As many senses as above, for the same compiled code; each has its mirror images.
+    senses = ('heading', 'yaw_rate', 'steer', 'gravity:x', 'gravity:y', 'gravity:z',
+              'touch:base_link', *(f'position:{leg}_knee' for leg in (
+                  'front_left', 'back_left', 'back_right', 'front_right')))
+    assert len(senses) == len(SENSES['physical_twin'])
     sharing = Sharing(body, DEFAULT_BEHAVIOURS, senses, find_mirrors(body))
     engine = LeakyEngine(body, WORLDS[body.name], hidden=14, senses=senses, precision='double')
     rng = np.random.default_rng(8)
@@ -200,5 +209,5 @@ def test_a_command_of_another_length_and_a_sense_that_the_body_lacks_are_refused
 def test_a_state_is_not_changed_by_a_step(walkers):
     network = one(walkers, 0)
     before = network.initial_state()
-    step(network, LeakyState(*before), network.drive(FORWARD), np.zeros(9))
+    step(network, LeakyState(*before), network.drive(FORWARD), np.zeros(11))
     np.testing.assert_array_equal(before.hidden, network.rest)

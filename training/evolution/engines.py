@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from w2b_core import bodies
+from w2b_core.behaviours import BEHAVIOURS
 from w2b_core.network import Network
 from w2b_sim.engines import registry
 from w2b_sim.engines.interface import Evaluation, Evaluator, Start
 from w2b_sim.engines.registry import PRECISIONS, make_evaluator
 
-__all__ = ['ENGINES', 'PRECISIONS', 'TimedEvaluator', 'make_evaluator']
+__all__ = ['ENGINES', 'PRECISIONS', 'TimedEvaluator', 'make_evaluator', 'needs_complete']
 
 ENGINES = registry.names()
 
@@ -30,6 +31,11 @@ def refuse_unsupported(engine: str, body: str) -> None:
     except ValueError as error:
         origin = bodies.BODIES.origin(body)
         raise ValueError(f'{origin}: {error}' if origin else str(error)) from None
+
+
+def needs_complete(behaviours: Iterable[str]) -> bool:
+    """Return whether a behaviour reads more figures than plain outcomes have."""
+    return any(BEHAVIOURS.get(name).figures for name in behaviours)
 
 
 class TimedEvaluator:

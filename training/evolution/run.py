@@ -27,7 +27,12 @@ from training.evolution import checkpoint, rundir, treatments
 from training.evolution.afpo import Afpo
 from training.evolution.champion import WordOutcome, outcomes, write_champion
 from training.evolution.config import RunConfig
-from training.evolution.engines import TimedEvaluator, make_evaluator, refuse_unsupported
+from training.evolution.engines import (
+    TimedEvaluator,
+    make_evaluator,
+    needs_complete,
+    refuse_unsupported,
+)
 from training.evolution.objectives import aggregate, scores
 from training.evolution.operators import Layout, random_genomes
 from training.evolution.rundir import RunConflictError, RunDirectory
@@ -155,7 +160,9 @@ def run(config: RunConfig, directory: Path | str,
             return load_result(place.path)
         with closing(TimedEvaluator(evaluator or make_evaluator(
                 config.engine, bodies.get(config.body), WORLDS[config.world],
-                precision=config.precision, threads=threads, say=say))) as engine:
+                precision=config.precision, threads=threads, say=say,
+                complete=needs_complete(behaviour for _word, behaviour in
+                                        config.words + config.held_out)))) as engine:
             work = _Run(config, heard, engine, place)
             if work.afpo.generation and say is not None:
                 say(f'goes on from generation {work.afpo.generation} of {config.generations}')

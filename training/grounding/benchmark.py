@@ -66,9 +66,14 @@ def main(args: argparse.Namespace) -> int:
             raise ValueError('words, splits, evolved: expected numbers above 0, got '
                              f'{min(args.words)}, {args.splits} and {args.evolved}')
         vocabulary = Vocabulary.load(args.vocabulary)
-        words = lexicon.load(args.lexicon).within(learning.spelt(vocabulary))
+        every, known = lexicon.load(args.lexicon), learning.spelt(vocabulary)
+        if unknown := every.unknown(known):
+            print(f'grounding: the vocabulary {vocabulary.source} lacks {len(unknown)} of the '
+                  f'words, which are not judged: {", ".join(unknown[:10])}', file=sys.stderr)
+        words = every.within(known)
         built, seen, net = metric_for(vocabulary, words, args.wordnet)
         judged = judge(words, vocabulary, built, args.words, args.splits)
+        judged['unknown_words'] = list(unknown)
         judged['metric'] = {**built.how, 'seen_words': seen}
         judged['ceiling'] = {} if net is None else {retrofit.TITLE: retrofit.measure(
             words, vocabulary, built.metric, net, args.words, args.splits)}

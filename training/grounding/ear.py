@@ -22,8 +22,8 @@ from typing import Any
 from training.grounding import learned_metric, lexicon, wordnet
 from training.grounding.learned_metric import Built
 from training.grounding.lexicon import Lexicon
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS
 from w2b_core.controller import fields
-from w2b_core.courses import DEFAULT_BEHAVIOURS
 from w2b_core.files import write_atomically
 from w2b_core.hearing import Ear, EarError, Understood, learning
 from w2b_core.hearing.learning import Lesson

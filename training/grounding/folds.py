@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from training.grounding.ear import lesson_of
 from training.grounding.lexicon import Lexicon
-from w2b_core.hearing import Ear, english, judge, learning
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS
+from w2b_core.hearing import Ear, judge, learning
 from w2b_core.hearing.judge import Judge
 from w2b_core.hearing.metric import Metric
 from w2b_core.vocabulary import Vocabulary
@@ -41,7 +42,8 @@ class Folds:
 
     def __init__(self, words: Lexicon, vocabulary: Vocabulary, metric: Metric) -> None:
         self.words, self.vocabulary, self.metric = words, vocabulary, metric
-        self._behaviours = tuple(dict.fromkeys((english.STOP, *words.behaviours, *english.SIDES)))
+        # Sentences may ask for what the lexicon has no words for: *sit down*, *turn left*.
+        self._behaviours = tuple(dict.fromkeys((*words.behaviours, *DEFAULT_BEHAVIOURS)))
         lesson = lesson_of(words, self._behaviours)
         self.classes = lesson.classes
         names = [word for word, kind in lesson.words.items() if kind in self.classes]

@@ -2,7 +2,8 @@
 The lexicon: which words ask for which behaviour, and what only looks like a command.
 
 A YAML or JSON file; the shipped `lexicon.yaml` documents the format. Reading trusts nothing: a word
-twice, a word in two classes or a family across classes is a `LexiconError` that names it.
+twice, a word in two classes or a family across classes is a `LexiconError` that names it. Words are
+read in lower case.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ KINDS = ('plain', 'negated', 'irrelevant')
 NONE = 'none'
 FIELDS = ('words', 'behaviours', 'scored', 'held_out', 'near_miss', 'common', 'random',
           'excluded', 'phrases')
+#: What a file may say of itself; not read.
+ABOUT = ('name', 'title', 'description', 'version', 'author', 'source', 'license', 'notes')
 LARGEST_BYTES = 20_000_000
 
 
@@ -89,6 +92,11 @@ class Lexicon:
         return replace(self, words=words, excluded=(*self.excluded, *others), held_out={
             name: found for name, found in self.held_out.items() if name in self.scored})
 
+    def unknown(self, known: Collection[str]) -> tuple[str, ...]:
+        """Return what a vocabulary lacks of all words, in their order."""
+        return tuple(word for word in dict.fromkeys((
+            *self.words, *self.near_miss, *self.common, *self.random)) if word not in known)
+
     def within(self, known: Collection[str]) -> Lexicon:
         """Return what of the lexicon a vocabulary knows (LexiconError if too little)."""
         def only(words: tuple[str, ...]) -> tuple[str, ...]:
@@ -138,7 +146,7 @@ def parse(value: object) -> Lexicon:
     """Return the lexicon that a file's value describes (LexiconError if it is damaged)."""
     fields = _mapping(value, 'the file')
     for name in fields:
-        if name not in FIELDS:
+        if name not in (*FIELDS, *ABOUT):
             raise LexiconError(f'{name!s:.40}: expected one of {", ".join(FIELDS)}, got '
                                'an unknown field')
     words: dict[str, Entry] = {}
@@ -150,11 +158,14 @@ def parse(value: object) -> Lexicon:
         if classes.setdefault(family, behaviour) != behaviour:
             raise LexiconError(f'family {family!r}: expected one class, got {classes[family]!r} '
                                f'and {behaviour!r} (of {word!r})')
-        words[_text(word, 'words')] = Entry(behaviour, family)
-    scored = _texts(fields.get('scored', list(SCORED)), 'scored')
-    lists = {name: _texts(fields.get(name, []), name)
+        lower = _lower(_text(word, 'words'))
+        if lower in words:
+            raise LexiconError(f'word {lower!r}: expected it once, got it twice')
+        words[lower] = Entry(behaviour, family)
+    scored = _texts(fields.get('scored') or list(SCORED), 'scored')
+    lists = {name: _words(fields.get(name) or [], name)
              for name in ('near_miss', 'common', 'random')}
-    excluded = _excluded(fields.get('excluded', []))
+    excluded = _excluded(fields.get('excluded') or [])
     for name in ('common', 'random'):  # drawn by frequency or by chance: a command is none of them
         lists[name] = tuple(word for word in lists[name] if word not in words)
     for name, others in (('near_miss', lists['near_miss']), ('excluded', excluded)):
@@ -162,8 +173,8 @@ def parse(value: object) -> Lexicon:
             if word in words:
                 raise LexiconError(f'word {word!r}: expected it once, got it in {name} and in the '
                                    f'class {words[word].behaviour!r}')
-    lexicon = Lexicon(words, scored, _held_out(fields.get('held_out', {})), excluded=excluded,
-                      phrases=_phrases(fields.get('phrases', [])), **lists)
+    lexicon = Lexicon(words, scored, _held_out(fields.get('held_out') or {}), excluded=excluded,
+                      phrases=_phrases(fields.get('phrases') or []), **lists)
     for behaviour, families in lexicon.held_out.items():
         for family in families:
             if family not in lexicon.of(behaviour):
@@ -176,12 +187,14 @@ def parse(value: object) -> Lexicon:
 
 
 def _excluded(value: object) -> tuple[str, ...]:
-    """Return the words of `excluded`: plain, or in groups with a reason."""
+    """Return the words of `excluded`: plain, each with a reason, or in groups with a reason."""
+    if isinstance(value, dict):
+        value = list(value)
     if not isinstance(value, list):
         raise LexiconError(f'excluded: expected a list, got {type(value).__name__}')
     groups = [_texts(entry.get('words'), 'excluded.words') if isinstance(entry, dict)
               else (_text(entry, 'excluded'),) for entry in value]
-    return tuple(word for group in groups for word in group)
+    return tuple(_lower(word) for group in groups for word in group)
 
 
 def _held_out(value: object) -> dict[str, tuple[str, ...]]:
@@ -228,6 +241,16 @@ def _texts(value: object, name: str) -> tuple[str, ...]:
     return words
 
 
+def _words(value: object, name: str) -> tuple[str, ...]:
+    """Return a list of words in lower case."""
+    return _texts([_lower(_text(word, name)) for word in value]
+                  if isinstance(value, list) else value, name)
+
+
+def _lower(word: str) -> str:
+    return word.strip().lower()
+
+
 def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     found: dict[str, object] = {}
     for key, value in pairs:
@@ -238,7 +261,11 @@ def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML's safe loader, which refuses a key twice: a word would silently change its class."""
+    """
+    YAML's safe loader, for which all scalars are text: *on*, *no* and *null* are words.
+
+    It refuses a key twice: a word would silently change its class.
+    """
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         keys = [key.value for key, _value in node.value]
@@ -247,3 +274,6 @@ class _Loader(yaml.SafeLoader):
                 raise LexiconError(f'{key!r:.60}: expected once, got it twice (line '
                                    f'{node.value[index][0].start_mark.line + 1})')
         return super().construct_mapping(node, deep)
+
+
+_Loader.yaml_implicit_resolvers = {}

@@ -4,7 +4,7 @@ What a controller does in an independent engine: `python -m training judge CONTR
 Every behaviour is asked for from slightly different starts, and figures are medians over them
 unless they say *worst*. `body_lengths_per_s` counts in the direction that was asked for,
 `heading_error_deg` is the size of the change of heading since the word. With `--imu-noise`,
-`--gyro-bias` or `--hard` the attitude comes from a simulated LSM6DSOX, one sample a frame, through
+`--gyro-bias` or `--hard` the attitude comes from a simulated LSM6DSOX, averaged over each frame, by
 the filter that the hardware node runs, and the robot stands for 6 s before the word, in which the
 filter learns the gyroscope's bias. `--switch S` also says a new word every S seconds, all ordered
 pairs from up to three starts: each must be obeyed within 2 s and still at its end.
@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -111,10 +111,10 @@ def _judge(args: argparse.Namespace) -> int:
     return 0
 
 
-def judge(controller: Controller, plan: Plan, starts: int, processes: int = 1
-          ) -> dict[str, Any]:
+def judge(controller: Controller, plan: Plan, starts: int, processes: int = 1, *,
+          only: Collection[str] = ()) -> dict[str, Any]:
     """
-    Return what `--json` prints.
+    Return what `--json` prints; with `only`, of these behaviours.
 
     Raises
     ------
@@ -124,7 +124,8 @@ def judge(controller: Controller, plan: Plan, starts: int, processes: int = 1
 
     """
     body = controller.described()
-    commands = commands_of(controller)
+    commands = {name: heard for name, heard in commands_of(controller).items()
+                if not only or name in only}
     every = trials(body, WORLDS[body.world], plan.conditions, starts)
     seen = list(_run(controller, commands, every, plan, processes))
     return summary(seen, body.length_m)

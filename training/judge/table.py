@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.judge.trial import FALLEN_UP, Seen
-from w2b_core.courses import course_of
+from w2b_core.behaviours import course_of
 from w2b_sim.recording import PhaseOutcome
 
 Array = NDArray[np.float64]
+_TINY_M = 1e-9
 
 
 def summary(seen: Sequence[Seen], length_m: float) -> dict[str, Any]:
@@ -40,6 +41,8 @@ def _figures(outcomes: Sequence[PhaseOutcome], length_m: float, sense: float) ->
         'along_m': median(all_of('along_m')), 'across_m': median(all_of('across_m')),
         'body_lengths_per_s': median(speed), 'worst_body_lengths_per_s': float(speed.min()),
         'heading_error_deg': median(error_deg), 'worst_heading_error_deg': float(error_deg.max()),
+        'worst_across_share': float(np.max(np.abs(all_of('across_m')) / np.maximum(
+            np.hypot(all_of('along_m'), all_of('across_m')), _TINY_M))),
         'yaw_deg': median(np.degrees(all_of('yaw_rad'))),
         'displacement_m': median(np.hypot(all_of('along_m'), all_of('across_m'))),
         'drift_m': median(all_of('drift_m')), 'rhythm_hz': median(all_of('rhythm_hz')),

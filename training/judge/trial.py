@@ -87,7 +87,7 @@ def _imu(trial: Trial, plan: Plan, period_s: float) -> Imu:
     from training.judge.imu import SimulatedImu
 
     return SimulatedImu(period_s, trial.gyro_bias_rad_s, trial.imu_seed,
-                        given.imu_noise or given.hard)
+                        given.imu_noise or given.hard, trial.world.gravity_m_s2)
 
 
 def tour(names: Sequence[str]) -> list[str]:

@@ -16,10 +16,10 @@ import numpy as np
 
 from training import carried_body
 from w2b_core import bodies
+from w2b_core.behaviours import course_of
 from w2b_core.controller import file as controller_file
 from w2b_core.controller.fields import ControllerFileError
 from w2b_core.controller.model import Controller, Motor
-from w2b_core.courses import course_of
 from w2b_core.hearing.ear import Ear
 from w2b_core.network.leaky import BLOCKS, LeakyNetwork
 from w2b_sim.worlds import WORLDS

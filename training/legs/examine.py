@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from training.legs.parts import Drop
 from training.legs.recipe import Recipe
 from training.legs.task import Task
-from w2b_core.courses import course_of
+from w2b_core.behaviours import course_of
 
 Array = NDArray[np.float64]
 

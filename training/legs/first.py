@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from training.legs.drives import Limb, drives
 from training.legs.parts import Entry
 from training.legs.recipe import Recipe
 from w2b_core import bodies
 from w2b_core.network.sharing import LOGISTIC, Sharing
-from w2b_core.network.symmetry import limbs_of
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ def first_genomes(recipe: Recipe, sharing: Sharing, rng: np.random.Generator, pe
         free = rng.normal(scale=spread[name], size=(part.tries, shared.count))
         sharing.part(genomes, name)[:] = free + (part.leak if name in LOGISTIC else 0.0)
     _oscillate(recipe, sharing, genomes, period_s)
-    limbs = limbs_of(bodies.get(recipe.body))
+    limbs = drives(bodies.get(recipe.body))
     # What belongs to one swing keeps its phase together within a genome.
     shift = rng.uniform(-np.pi, np.pi, part.tries)
     for entry in part.entries:
@@ -46,15 +46,22 @@ def _oscillate(recipe: Recipe, sharing: Sharing, genomes: Array, period_s: float
                     sharing.put(genomes, block, row, column, turn[row, column] if inside else 0.0)
 
 
-def _enter(entry: Entry, sharing: Sharing, genomes: Array, limb: tuple[int, ...],
+def _enter(entry: Entry, sharing: Sharing, genomes: Array, limb: Limb,
            rng: np.random.Generator, shift: Array) -> None:
     value = rng.uniform(*entry.between, len(genomes))
-    hidden = sharing.hidden
     if entry.onto is not None:
-        row, blocks = hidden.of(entry.of, entry.onto), ('hidden', 'command', 'senses')
-    else:
-        assert entry.joint is not None
-        row, blocks = limb[entry.joint], ('motor', 'motor_command', 'motor_senses')
+        _put(entry, sharing, genomes, sharing.hidden.of(entry.of, entry.onto),
+             ('hidden', 'command', 'senses'), value, rng, shift)
+        return
+    assert entry.joint is not None
+    for row, share in limb.onto(entry.joint):
+        _put(entry, sharing, genomes, row, ('motor', 'motor_command', 'motor_senses'),
+             share * value, rng, shift)
+
+
+def _put(entry: Entry, sharing: Sharing, genomes: Array, row: int, blocks: tuple[str, str, str],
+         value: Array, rng: np.random.Generator, shift: Array) -> None:
+    hidden = sharing.hidden
     if entry.phase_rad is not None:
         phase = shift + rng.uniform(*entry.phase_rad, len(genomes))
         sharing.put(genomes, blocks[0], row, 0, value * np.cos(phase))

@@ -51,13 +51,14 @@ class Entry(Strict):
     """
     One synapse of a limb in a first genome, drawn from `between`; its mirrors follow.
 
-    Onto neuron `onto` of limb number `of`, or onto its joint number `joint`; from the oscillator
+    Onto neuron `onto` of limb number `of`, or onto its joint number `joint`, or onto all of its
+    joints so that its foot goes forward (`swing`) or up (`lift`), see `drives`; from the oscillator
     (at the phase `phase_rad`), from neuron `neuron` of the limb, from behaviours or from a sense.
     """
 
     of: Annotated[int, Field(ge=0)] = 0
     onto: Annotated[int, Field(ge=0)] | None = None
-    joint: Annotated[int, Field(ge=0)] | None = None
+    joint: Annotated[int, Field(ge=0)] | Literal['swing', 'lift'] | None = None
     phase_rad: Range | None = None
     neuron: Annotated[int, Field(ge=0)] | None = None
     behaviours: tuple[str, ...] = ()

@@ -26,7 +26,7 @@ from training.legs.parts import (
     Worlds,
 )
 from w2b_core import bodies
-from w2b_core.courses import DEFAULT_BEHAVIOURS, course_of
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS, course_of
 from w2b_core.network.sharing import Sharing
 from w2b_core.network.symmetry import MIRRORS, Mirror, find_mirror, find_mirrors, limbs_of
 from w2b_core.senses import SENSES, split
@@ -100,7 +100,7 @@ class Recipe(Strict):
                                        ('onto', entry.onto, self.network.per_limb),
                                        ('neuron', entry.neuron, self.network.per_limb),
                                        ('joint', entry.joint, joints)):
-                if value is not None and value >= count:
+                if isinstance(value, int) and value >= count:
                     raise ValueError(f'first.entries[{number}]: {name}: expected 0 to {count - 1}, '
                                      f'got {value}')
             for name, said, among in (

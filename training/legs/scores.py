@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from training.legs.parts import Terms
 from training.legs.recipe import Recipe
 from w2b_core import bodies
-from w2b_core.courses import course_of
+from w2b_core.behaviours import course_of
 from w2b_sim.recording import PhaseOutcome
 
 Array = NDArray[np.float64]

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS
 from w2b_core.bodies.model import Body
-from w2b_core.courses import DEFAULT_BEHAVIOURS
 from w2b_core.network import Network
 from w2b_core.network.sharing import Sharing
 from w2b_sim.engines.batched import BatchedEngine

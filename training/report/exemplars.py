@@ -108,8 +108,8 @@ def _in_batched(network: Network, body: Body, heard: Array, precision: str) -> A
     from w2b_sim.engines.batched import BatchedEngine
 
     engine = BatchedEngine(body, WORLDS[body.world], precision=precision)
-    _, way = engine.record(network.batched(), heard, [Start()])
-    position: Array = way.position_m[0, :, 0]
+    way = engine.record(network.batched(), heard, [Start()])
+    position: Array = way.position_m[0, :, 0].astype(np.float64)
     return position
 
 

@@ -1,4 +1,4 @@
-"""Install the robot's mind, which needs no ROS, as an ament_python package."""
+"""Install the package, which needs no ROS, as an ament_python package."""
 
 from xml.etree import ElementTree
 
@@ -16,8 +16,9 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),
     ],
-    install_requires=['setuptools', 'numpy', 'PyYAML', 'defusedxml', 'rich'],
-    extras_require={'test': ['pytest']},
+    install_requires=['setuptools', 'numpy', 'PyYAML'],
+    # defusedxml: bodies from a maker's URDF.  rich: the progress of `vocabulary install`.
+    extras_require={'test': ['pytest'], 'urdf': ['defusedxml'], 'progress': ['rich']},
     zip_safe=False,
     maintainer='the w2b maintainers',
     maintainer_email='w2b@users.noreply.github.com',

@@ -96,6 +96,35 @@ def test_damaged_files_are_named(tmp_path, name, text, names):
     assert '\n' not in str(caught.value)
 
 
+def test_words_are_read_in_lower_case_and_once():
+    words = {word.capitalize(): entry for word, entry in GOOD['words'].items()}
+    found = lexicon.parse({'words': words, 'near_miss': ['Haltingly '], 'random': ['HALT', 'Tree']})
+    assert dict(found.words) == dict(lexicon.parse(GOOD).words)
+    assert (found.near_miss, found.random) == (('haltingly',), ('tree',))
+    with pytest.raises(LexiconError, match="'halt': expected it once, got it twice"):
+        lexicon.parse({'words': {**GOOD['words'], 'Halt': GOOD['words']['halt']}})
+    with pytest.raises(LexiconError, match='near_miss: expected every word once'):
+        lexicon.parse({**GOOD, 'near_miss': ['Haltingly', 'haltingly']})
+
+
+def test_what_yaml_takes_for_other_things_are_words(tmp_path):
+    path = tmp_path / 'a.yaml'
+    path.write_text("""name: mine
+version: 2
+words:
+  halt: {class: stop, family: halt}
+  on: {class: forward, family: on}
+  back: {class: backward, family: back}
+near_miss:
+random: [no, null, off, y, 1]
+excluded: {true: means something else}
+""")
+    found = lexicon.load(path)
+    assert found.words['on'] == lexicon.Entry('forward', 'on')
+    assert found.random == ('no', 'null', 'off', 'y', '1')
+    assert (found.near_miss, found.excluded) == ((), ('true',))
+
+
 def test_a_missing_file_and_other_bytes(tmp_path):
     with pytest.raises(LexiconError, match='No such file'):
         lexicon.load(tmp_path / 'none.yaml')
@@ -110,7 +139,10 @@ def test_json_is_read_like_yaml(tmp_path):
 
 
 def test_what_a_vocabulary_lacks_is_left_out(shipped):
-    some = shipped.within({*list(shipped.words), 'robot'})
+    known = {*list(shipped.words), 'robot'}
+    some = shipped.within(known)
+    assert shipped.unknown(known) == (*shipped.near_miss, *shipped.common, *shipped.random)
+    assert shipped.unknown({*known, *shipped.unknown(known)}) == ()
     assert some.near_miss == ()
     with pytest.raises(LexiconError, match='two or more stem families'):
         shipped.within({'stop', 'go', 'back'})

@@ -9,8 +9,8 @@ import pytest
 from training.legs.assemble import AssemblyError, assemble, load_legs, main
 from training.legs.recipe import load_recipe
 from w2b_core import bodies
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS
 from w2b_core.controller import file as controller_file
-from w2b_core.courses import DEFAULT_BEHAVIOURS
 from w2b_core.hearing.ear import Ear
 from w2b_core.network.leaky import BLOCKS
 

@@ -9,6 +9,8 @@ from training.legs.recipe import RecipeError, load_recipe
 
 RECIPES = Path(__file__).resolve().parents[3] / 'training' / 'recipes'
 TWIN = RECIPES / 'twin.yaml'
+ROBOTS = RECIPES.parents[1] / 'examples' / 'robots'
+OWN = [(RECIPES / 'own_robot.yaml', str(path)) for path in sorted(ROBOTS.glob('*.yaml'))]
 
 
 def changed(tmp_path, **changes):
@@ -18,9 +20,10 @@ def changed(tmp_path, **changes):
     return path
 
 
-@pytest.mark.parametrize('path', sorted(RECIPES.glob('*.yaml')), ids=lambda path: path.stem)
-def test_every_shipped_recipe_is_valid_and_shares_its_bodys_symmetry(path):
-    recipe = load_recipe(path)
+@pytest.mark.parametrize(('path', 'body'), [
+    (TWIN, None), (RECIPES / 'quadruped.yaml', None), *OWN])
+def test_every_shipped_recipe_is_valid_and_shares_its_bodys_symmetry(path, body):
+    recipe = load_recipe(path, **({} if body is None else {'body': body}))
     assert recipe.mirrors()
     free = recipe.model_copy(update={'network': recipe.network.model_copy(
         update={'symmetry': ()})})

@@ -105,7 +105,7 @@ def test_samples_repeat_and_are_what_the_help_says(vocabulary):
 
 
 def test_a_touch_fraction_where_there_is_touch(vocabulary):
-    body = bodies.get('quadruped')
+    body = bodies.get('minimal')
     sample = against_pybullet.random_sample(body, vocabulary, 2, seed=0)
     how = against_pybullet.settings(body)[0]
     _moved, touch = against_pybullet.in_batched(body, EARTH, sample, how)

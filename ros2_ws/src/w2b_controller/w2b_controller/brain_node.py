@@ -298,7 +298,7 @@ class BrainNode(ManagedNode):
             self.get_logger().warning(answer.message)
 
     def _tell_news(self) -> None:
-        """Answer the last word anew if it ended, or if a body follows it now and did not."""
+        """Publish the answer again if the word ended or a body began to follow it."""
         if self._brain is not None:
             self._brain.end_old_word()
         self._tell_if_stopped()

@@ -1,5 +1,5 @@
 """
-`w2b console`: type words, and read what the brain makes of each.
+`w2b console`: type words, and read the answer of the brain to each.
 
 One line is one command; an empty line, Ctrl-D or Ctrl-C leaves. Also reads a pipe: the exit code is
 then that of the first word which no body follows, as `say` has it.
@@ -30,7 +30,7 @@ PROMPT = 'say> '
 
 @command
 def main() -> int:
-    """Talk until the input ends; return the exit code, at a terminal 0 unless nobody answered."""
+    """Send commands until the input ends; return the exit code (0 at a terminal with a brain)."""
     try:
         return _talk()
     except KeyboardInterrupt:

@@ -1,7 +1,7 @@
 """
 `w2b say WORD...`: says a word to the brain and waits for its answer.
 
-Exit code 0: a body follows it. 1: the brain refused it, and says why. 2: nobody answered. 3: the
+Exit code 0: a body follows it. 1: the brain refused it, and says why. 2: no answer. 3: the
 brain understood it, but no body follows; with `--understood` that is 0.
 """
 
@@ -62,7 +62,7 @@ class Messenger:
         """
         Say a command and return the brain's answer to it.
 
-        The brain counts what it hears. Its latched answer tells the count before, so that an
+        The brain counts what it hears. Its latched answer has the count before, so that an
         answer with a higher count and this text can only be to this command. The brain answers
         again when a body has accepted the first target that follows the word, or will not.
 

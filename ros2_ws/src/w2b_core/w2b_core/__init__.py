@@ -1,3 +1,3 @@
-"""The mind of a robot that obeys words: hearing, network, senses, bodies and files; no ROS."""
+"""Hearing, networks, senses, bodies and files of a robot that obeys words; no ROS."""
 
 __version__ = '0.1.0'

@@ -7,15 +7,15 @@ One entry a behaviour, used by evolution, gate, report and demo. Add one of your
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import radians
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from w2b_core.courses import NOWHERE, Course
-from w2b_core.outcome import Motion, Outcome, told
+from w2b_core.courses import NOWHERE, Course, held
+from w2b_core.outcome import FIGURES, Motion, Outcome, told
 from w2b_core.registry import Registry
 
 Array = NDArray[np.float64]
@@ -65,6 +65,8 @@ class Behaviour:
         What an `Outcome` is worth to evolution, (C, W, K); the progress if it is not given.
     course
         Where it takes the body: what heading senses and mirrors need to know.
+    figures
+        Names of `outcome.FIGURES` that it reads: evolution then has them worked out.
 
     """
 
@@ -74,6 +76,13 @@ class Behaviour:
     obeyed: Callable[[Motion, Bounds], Truth]
     earned: Callable[[Outcome], Array] | None = None
     course: Course = NOWHERE
+    figures: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the figures (ValueError)."""
+        for name in self.figures:
+            if name not in FIGURES:
+                raise ValueError(f'figures: expected names of {", ".join(FIGURES)}, got {name!r}')
 
     def worth(self, outcome: Outcome) -> Array:
         """Return what the outcome earns, (C, W, K)."""
@@ -100,7 +109,8 @@ def _turn(sign: float, about: str) -> Behaviour:
         return sign * told(motion, 'yaw_rad')
 
     return Behaviour(about, True, progress, lambda motion, bounds: (
-        (progress(motion) >= bounds.turn_rad) & _near(motion, bounds)), course=Course(turn=sign))
+        (progress(motion) >= bounds.turn_rad) & _near(motion, bounds)), course=Course(turn=sign),
+        figures=('yaw_rad',))
 
 
 #: The original program rewards the shortest path; the paper's text the shortest distance.
@@ -114,4 +124,17 @@ BEHAVIOURS.add('sit', Behaviour(
     'lower the base and rest', False,
     lambda motion: (1.0 - told(motion, 'height')) - motion.away_m,
     lambda motion, bounds: (told(motion, 'height') <= bounds.sit_height) & _near(motion, bounds),
-    lambda outcome: (1.0 - told(outcome.motion, 'height')) - outcome.path_length_m))
+    lambda outcome: (1.0 - told(outcome.motion, 'height')) - outcome.path_length_m,
+    figures=('start_height_m',)))
+#: The behaviours of a controller that does not say otherwise, in the order of its command vector.
+DEFAULT_BEHAVIOURS = BEHAVIOURS.built_in()
+
+
+def course_of(behaviour: str) -> Course:
+    """Return the course of a registered behaviour, `NOWHERE` for any other."""
+    return BEHAVIOURS.get(behaviour).course if behaviour in BEHAVIOURS else NOWHERE
+
+
+def holds(behaviours: Sequence[str], command: ArrayLike) -> NDArray[np.float64]:
+    """Return `courses.held` of a command (..., K) to behaviours by their names."""
+    return held([course_of(behaviour) for behaviour in behaviours], command)

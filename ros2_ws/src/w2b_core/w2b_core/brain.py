@@ -65,7 +65,7 @@ class Brain:
     Parameters
     ----------
     controller, vocabulary
-        What it thinks with and what it understands.
+        The network with its joints, and the words that it understands.
     frame_timeout_s
         Without a frame for this long the stream counts as lost.
     command_timeout_s
@@ -181,7 +181,7 @@ class Brain:
         return replace(answer, message=message, values={**answer.values, **following.to_values()})
 
     def news(self, body_there: bool = True) -> Answer | None:
-        """Return the answer to the last word anew if a body follows it now and did not, or so."""
+        """Return an updated answer to the last word if whether a body follows it has changed."""
         answer = self._answer
         if not self._mind.follows or answer is None or answer.received != self._ear.received:
             return None

@@ -1,7 +1,7 @@
 """
-What every command owes the shell that runs it, whatever environment it inherits.
+Streams, signals and locales, handled for every command in any environment.
 
-No more than Python's own library is needed, so that the robot's tools run where nothing else does.
+Needs the standard library only, so that the robot's tools run without other packages.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ PACKAGES = {'yaml': 'PyYAML', 'board': 'adafruit-blinka', 'busio': 'adafruit-bli
 
 def command(main: Callable[P, int | None]) -> Callable[P, int | None]:
     """
-    Return a command's `main` that minds its streams and not the environment.
+    Return a command's `main` that handles closed streams, interrupts and odd locales.
 
     - Characters that an output cannot encode (PYTHONIOENCODING=ascii) are written by their code;
       input is UTF-8, and bytes that are not reach `main` as lone surrogates.
@@ -104,7 +104,7 @@ def _flush() -> None:
 
 
 def _reader_is_gone(stream: object) -> bool:
-    """Return whether an output stream is a pipe that nobody reads any more."""
+    """Return whether an output stream is a pipe without a reader."""
     try:
         descriptor = stream.fileno()  # type: ignore[attr-defined]
     except (AttributeError, OSError, ValueError):  # none, closed, or no file

@@ -12,9 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: The behaviours of a controller that does not say otherwise, in the order of its command vector.
-DEFAULT_BEHAVIOURS = ('stop', 'forward', 'backward', 'left', 'right', 'sit')
-
 
 class Course(NamedTuple):
     """Direction along the body's x axis and of the turn about z, each -1, 0 or 1 (REP-103)."""
@@ -27,25 +24,13 @@ class Course(NamedTuple):
 NOWHERE = Course()
 
 
-def course_of(behaviour: str) -> Course:
-    """Return the course of a registered behaviour, that of `stop` for any other."""
-    from w2b_core.behaviours import BEHAVIOURS as REGISTERED
-
-    return REGISTERED.get(behaviour).course if behaviour in REGISTERED else NOWHERE
-
-
-def holds(behaviours: Sequence[str], command: ArrayLike) -> NDArray[np.float64]:
+def held(courses: Sequence[Course], command: ArrayLike) -> NDArray[np.float64]:
     """
     Return (..., 2): how much of a command (..., K) holds a heading, and with which direction.
 
     The first is the share of behaviours that go straight, the second that share with the sign of
     their direction: 1, 1 for forward, 1, -1 for backward, 0, 0 for stop or left.
     """
-    return held([course_of(behaviour) for behaviour in behaviours], command)
-
-
-def held(courses: Sequence[Course], command: ArrayLike) -> NDArray[np.float64]:
-    """Return `holds` of behaviours with these courses."""
     along = np.array([course.along for course in courses])
     u = np.asarray(command, dtype=np.float64)
     return np.stack([u @ np.abs(along), u @ along], axis=-1)

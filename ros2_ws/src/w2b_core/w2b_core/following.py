@@ -68,7 +68,7 @@ class BodyWatch:
 
     @property
     def now(self) -> BodyStatus | None:
-        """The last status, None if the body has been silent since."""
+        """The last status, None if the body has been silent for too long."""
         silent_s = self._clock() - self._taken_at_s
         return None if silent_s > BODY_SILENT_S else self._status
 
@@ -79,7 +79,7 @@ class BodyWatch:
 
     @property
     def paused(self) -> bool:
-        """Whether the body is a simulation that somebody paused."""
+        """Whether the body is a paused simulation."""
         return self.state == 'PAUSED'
 
     def following(self, word_stamp_ns: int | None, *, there: bool, frames_fault: str) -> Following:

@@ -35,7 +35,7 @@ class Mind(Protocol):
         """Whether it follows a command."""
 
     def hear(self, heard: Heard) -> None:
-        """Follow a command from now on (ValueError if it is none of this network)."""
+        """Follow a command from now on (ValueError if it is of the other kind of network)."""
 
     def forget(self) -> None:
         """Stand until the next command."""

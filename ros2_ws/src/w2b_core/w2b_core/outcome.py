@@ -1,8 +1,10 @@
-"""What bodies did: named figures of one evaluation or of many, from which behaviours are judged."""
+"""Outcomes: named figures of evaluations, from which behaviours are judged."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +17,8 @@ class Outcome:
     """
     Outcome of C controllers under W words from K starts, in the world's frame (REP-103).
 
-    The body starts at x = y = 0 and faces +x. Figures that an engine does not tell are None.
+    The body starts at x = y = 0 and faces +x. The first six figures are the *plain* ones, which
+    every evaluation has. The others are None unless an engine was made with `complete=True`.
 
     Attributes
     ----------
@@ -38,7 +41,8 @@ class Outcome:
     lowest_up: shape (C, W, K)
         Smallest cosine of all frames between the base's z axis and the vertical.
     effort_nm: shape (C, W, K)
-        Absolute joint torque, averaged over joints and time.
+        Absolute joint torque, averaged over joints and time; NaN where an engine has none for a
+        joint.
     reversals: shape (C, W, K, M)
         How often each joint turned round after it had moved by more than `REVERSAL_RAD`.
     at_speed_limit: shape (C, W, K)
@@ -62,6 +66,12 @@ class Outcome:
     at_speed_limit: Array | None = None
     start_height_m: Array | None = None
 
+    def apply(self, function: Callable[[Array], Array]) -> Outcome:
+        """Return an outcome of what `function` makes of each figure that there is."""
+        values: dict[str, Any] = {name: None if value is None else function(value)
+                                  for name, value in vars(self).items()}
+        return Outcome(**values)
+
     @property
     def motion(self) -> Motion:
         """What is judged of it, each figure of shape (C, W, K)."""
@@ -82,9 +92,9 @@ class Motion:
     away_m
         Distance in x-y from start to end.
     yaw_rad
-        Turn about the vertical, unwrapped, left positive; None if it was not told.
+        Turn about the vertical, unwrapped, left positive; None if unknown.
     height
-        Height of the base at the end as a share of that at the start; None if it was not told.
+        Height of the base at the end as a share of that at the start; None if unknown.
 
     """
 
@@ -96,11 +106,16 @@ class Motion:
 
 #: A joint that moves back by less is taken to stand.
 REVERSAL_RAD = 0.03
+#: Figures that an evaluation need not have.
+FIGURES = tuple(field.name for field in fields(Outcome) if field.default is None
+                and field.name not in ('halfway_position_m', 'farthest_m'))
 
 
 def told(outcome: Outcome | Motion, name: str) -> Array:
-    """Return a figure of what a body did; ValueError if the engine did not tell it."""
+    """Return a figure of what a body did; ValueError if the evaluation has none."""
     value: Array | None = getattr(outcome, name)
     if value is None:
-        raise ValueError(f'outcome: expected an engine that tells {name}, got one that does not')
+        raise ValueError(f'outcome: expected an evaluation with {name}, got one without; a '
+                         'behaviour that needs it says so in `figures`, and an engine that '
+                         'has it is made with complete=True')
     return value

@@ -86,9 +86,9 @@ class Registry(Generic[Entry]):
     def __iter__(self) -> Iterator[str]:
         return iter(self.names())
 
-    def built_in(self) -> frozenset[str]:
+    def built_in(self) -> tuple[str, ...]:
         """Return the names registered so far, without looking for plugins."""
-        return frozenset(self._entries)
+        return tuple(self._entries)
 
     def origin(self, name: str) -> str:
         """Return the plugin that registered `name`; '' for what comes with the program."""

@@ -28,6 +28,9 @@ _DEADLINE_S = 20.0
 #: lets a pose that comes 2 ms after the last one move by hardly more than a tick.
 _ANSWER_AFTER_S = 0.02
 _STEP_RAD = 0.05
+#: What a brain has heard before its memory is measured: a word that it never heard, one that is
+#: in no vocabulary, a sentence, and what no command is; then it walks.
+_SAID = ('halt', 'forwrad', 'please do not go back', 'banana', 'forward')
 _BRAIN = 'from w2b_controller.brain import main; raise SystemExit(main())'
 
 
@@ -153,7 +156,9 @@ def footprint(folder: str, seconds: float, controller: str) -> dict[str, Any]:
         client.arm()
         command = client.node.create_publisher(String, 'command', 10)
         client.spin_until(command.get_subscription_count, 'brain')
-        command.publish(String(data='forward'))
+        for text in _SAID:
+            command.publish(String(data=text))
+            client.spin(0.3)
         client.spin(2.0)
         processes = {'brain': brain.pid, 'hardware': client.hardware.pid,
                      'guard': _child(client.hardware.pid)}

@@ -32,7 +32,8 @@ SHORTEST_US, LONGEST_US = 500.0, 2500.0
 #: What servos turn by: those of 270 and of 120 degrees are within it, a wrong mark is often not.
 PLAUSIBLE_US_PER_RAD = (400.0, 900.0)
 _ROUNDING_US = 5.0
-HOW_TO_FINISH = f'find zero (z) and mark (m) of each with `{w2b_command("calibrate")}`'
+HOW_TO_FINISH = ('find zero (z), mark (m) and direction (t) of each with '
+                 f'`{w2b_command("calibrate")}`')
 HOW_TO_MAKE = f'make one with `{w2b_command("calibrate")}`'
 
 
@@ -75,7 +76,8 @@ class Servo:
     min_us, max_us, min_rad, max_rad
         The range in which it turns freely, as pulses and as angles. Both hold.
     calibrated
-        Whether a person found its zero and its mark on this robot. The servos of the emulated,
+        Whether a person found its zero and its mark on this robot, and said that its positive
+        direction is the body's. The servos of the emulated,
         ideal robot count as calibrated.
 
     """

@@ -26,14 +26,17 @@ SMALL_US, LARGE_US = 5.0, 20.0
 #: The angle of the second mark where the joint's limits allow it: a set square fits it.
 MARK_RAD = math.radians(45)
 #: What has to be found for a servo to be calibrated, and the key that says so.
-NEEDED = {'zero': 'z', 'mark': 'm'}
+NEEDED = {'zero': 'z', 'mark': 'm', 'direction': 't'}
+#: By so much a joint is moved to ask whether what it does is what was drawn.
+TRIAL_RAD = math.radians(10)
 OSCILLATOR_STEP_HZ = 50e3
 
 HELP = """\
  n p   next, previous servo (relaxes)     e     energise this servo, or relax it
  . ,   5 us longer, shorter               > <   20 us longer, shorter
  z     here the joint is at zero          m     here it is at its mark: +45 degrees, hips +30
- l u   here its range ends (short, long)  d     turn the direction round
+ t     go to zero, then +10 degrees       y     yes, it moved as was said
+ l u   here its range ends (short, long)  d     no: turn the direction round
  + -   board clock 50 kHz up, down        x     undo
  s     save                               q     relax and leave"""
 
@@ -86,6 +89,8 @@ class Session:
         self._index = 0
         self._pulse_us = 0.0
         self._driven = False
+        #: Whether the person was asked what a trial did, and has not answered yet.
+        self._asked = False
         self.saved = True
         #: What the last key did, or why it did nothing.
         self.message = 'all servos are off; e energises this one'
@@ -102,7 +107,8 @@ class Session:
                    'e': self._energise, '.': lambda: self._step(SMALL_US),
                    ',': lambda: self._step(-SMALL_US), '>': lambda: self._step(LARGE_US),
                    '<': lambda: self._step(-LARGE_US), 'z': self._zero, 'm': self._mark,
-                   'l': self._shortest, 'u': self._longest, 'd': self._turn_round,
+                   't': self._try, 'y': self._confirm, 'l': self._shortest,
+                   'u': self._longest, 'd': self._turn_round,
                    '+': lambda: self._clock(OSCILLATOR_STEP_HZ),
                    '-': lambda: self._clock(-OSCILLATOR_STEP_HZ),
                    ']': lambda: self._rewire(1), '[': lambda: self._rewire(-1),
@@ -111,8 +117,12 @@ class Session:
         if action is None:
             self.message = f'no key {key!r}'
             return
+        asked, self._asked = self._asked, False
         try:
-            action()
+            if key == 'y' and not asked:
+                self.message = 'try it first (t): there is nothing to confirm yet'
+            else:
+                action()
         except (OSError, ChipStateError) as error:
             # The values found so far must survive a spike on the wire or a loose supply.
             self._recover(error)
@@ -178,6 +188,30 @@ class Session:
         self._drive(wanted_us)
         self.message = f'{wanted_us:.0f} us'
 
+    def _try(self) -> None:
+        """Go to zero; from there move by `TRIAL_RAD`, and ask whether it did what was drawn."""
+        servo, zero_us = self._servo, float(self._servo['zero_us'])
+        if not self._driven:
+            self.message = 'energise it first (e)'
+        elif 'zero' not in self._draft.found[self._index]:
+            self.message = 'find its zero first (z)'
+        elif abs(self._pulse_us - zero_us) > SMALL_US:
+            self._drive(zero_us)
+            self.message = 'at zero: watch the leg, then t again'
+        else:
+            low, high = self._draft.joints.limits_rad(str(servo['joint']))
+            angle_rad = TRIAL_RAD if high >= min(TRIAL_RAD, -low) else -TRIAL_RAD
+            angle_rad = min(max(angle_rad, low), high)
+            wanted_us = zero_us + int(servo['direction']) * float(servo['us_per_rad']) * angle_rad
+            self._drive(min(max(wanted_us, float(servo['min_us'])), float(servo['max_us'])))
+            self._asked = True
+            words = self._draft.joints.motion(str(servo['joint']), angle_rad)
+            self.message = (f'moved by {math.degrees(angle_rad):+.0f} degrees: the end of its leg '
+                            f'should have gone {words}; y if it did, d if the other way')
+
+    def _confirm(self) -> None:
+        self._change('direction confirmed', 'direction')
+
     def _drive(self, pulse_us: float) -> None:
         # A chip that lost power must not be driven on; the error says so.
         self._bank.check()
@@ -217,7 +251,8 @@ class Session:
         self._change('the range ends here', None, max_us=self._pulse_us)
 
     def _turn_round(self) -> None:
-        self._change('direction turned round', None, direction=-int(self._servo['direction']))
+        self._change('direction turned round: try it (t)', None,
+                     direction=-int(self._servo['direction']))
 
     def _clock(self, by_hz: float) -> None:
         self.relax()
@@ -259,6 +294,8 @@ class Session:
         servos[self._index] = servo
         all_found = list(self._draft.found)
         all_found[self._index] |= {found} if found else set()
+        if servo['direction'] != self._servo['direction']:
+            all_found[self._index] -= {'direction'}
         self._keep(replace(self._draft, servos=tuple(servos), found=tuple(all_found)))
         self.message = message
 

@@ -1,7 +1,7 @@
 """
 The clocks that frames can run by: the machine's, or one that waits for the brain.
 
-On the robot time passes, whoever is late. On a simulated body time can stand still instead: a
+On the robot time passes even if a node is late. On a simulated body time can stand still instead: a
 stepped clock goes on when the targets that answer a frame are there, so that a busy machine makes
 a run slow and not wrong.
 """

@@ -1,8 +1,8 @@
 """
 The command line of this package's tools, without what is for ROS.
 
-`w2b_ros.ros_process.own` does the same for nodes. It is not used here: `relax` is the last
-thing between a dead node and warm servos, and runs where neither ROS nor w2b_controller is found.
+`w2b_ros.ros_process.own` does the same for nodes. It is not used here: `relax` must run
+where neither ROS nor w2b_controller is installed.
 """
 
 from __future__ import annotations

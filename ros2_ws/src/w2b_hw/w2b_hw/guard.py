@@ -1,8 +1,8 @@
 """
 A small process beside the one that drives servos: it turns them off when that one is gone.
 
-A process that is killed (SIGKILL, out of memory) cannot clean up, and the PCA9685 goes on sending
-its last pulses for ever. The guard's end of a pipe tells it: end of file, or no sign of life while
+A process that is killed (SIGKILL, out of memory) cannot clean up, and the PCA9685 keeps sending
+its last pulses. The guard's end of a pipe tells it: end of file, or no sign of life while
 servos are driven, and it turns all channels off itself.
 """
 
@@ -29,7 +29,7 @@ _END_WITHIN_S = 1.0
 
 class Guard:
     """
-    The guarded side: starts the guard and sends it signs of life.
+    The guarded side: starts the guard process and sends it heartbeats.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Guard:
         return self._process.poll() is None
 
     def sign_of_life(self, driven: bool) -> None:
-        """Tell the guard that its ward lives."""
+        """Send the guard a heartbeat."""
         try:
             os.write(self._to.fileno(), DRIVEN if driven else OFF)
         except (BlockingIOError, BrokenPipeError):

@@ -14,9 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from builtin_interfaces.msg import Time
-from rclpy.qos import QoSProfile
-from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField
+from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -24,9 +22,11 @@ from w2b_core.body_status import FRESH_PERIODS, BodyStatus
 from w2b_core.status import Level, Status
 from w2b_hw import calibration, joints, messages
 from w2b_hw.clocks import Clock, SteppedClock, WallClock
+from w2b_hw.frame_publisher import FramePublisher
+from w2b_hw.gait_scale import GaitScale
 from w2b_hw.guard import Guard
 from w2b_hw.imu import registry
-from w2b_hw.imu.part import ImuError, Part, Sample
+from w2b_hw.imu.part import ImuError, Part
 from w2b_hw.io_thread import IoThread
 from w2b_hw.power import Power
 from w2b_hw.robot import Report, Robot
@@ -48,13 +48,12 @@ from w2b_ros.body_reporter import BodyReporter
 from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.managed_node import ManagedNode
 from w2b_ros.parameters import Parameter, When, check_frame_id, declare
-from w2b_ros.ros_messages import FRAMES_OUT, TARGETS, to_stamp
+from w2b_ros.ros_messages import FRAMES_OUT, TARGETS
 
 if TYPE_CHECKING:
     from w2b_hw.emulation.process import SimulatedRobot
 
 RATE_HZ = 20.0
-PULSES = QoSProfile(depth=10)
 DEFAULT_CALIBRATION = '~/.config/w2b/calibration.yaml'
 
 
@@ -92,6 +91,8 @@ PARAMETERS = (
               when=When.CONFIGURE),
     Parameter('watch_posture', True, 'Hold, then turn off when the IMU says that the robot fell '
               'or was picked up.', when=When.CONFIGURE),
+    Parameter('gait_scale', 1.0, 'How much of a gait the servos get, about the standing pose: 0 '
+              'stands. For first walks, legs off the ground; it grows in 2 s.', (0.0, 1.0)),
     Parameter('imu_frame_id', 'imu_link', 'Frame of the IMU messages.', check=check_frame_id),
 )
 _BATTERY_EVERY_S = 1.0
@@ -126,17 +127,12 @@ class HardwareNode(ManagedNode):
         self._poses: deque[tuple[int, Report]] = deque(maxlen=16)
         self._last: Report | None = None
         self._executor_at_s = 0.0
-        self._joint_states = self.create_publisher(JointState, 'joint_states', FRAMES_OUT)
-        self._pulses = self.create_publisher(JointState, 'pulses', PULSES)
-        self._imu_raw = self.create_publisher(Imu, 'imu/data_raw', FRAMES_OUT)
-        self._imu_data = self.create_publisher(Imu, 'imu/data', FRAMES_OUT)
-        self._imu_mag = self.create_publisher(MagneticField, 'imu/mag', FRAMES_OUT)
+        self._out = FramePublisher(self)
         self._battery = self.create_publisher(BatteryState, 'battery', FRAMES_OUT)
         self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_target, TARGETS)
         self.create_service(Trigger, '~/arm', self._on_arm)
         self.create_service(Trigger, '~/disarm', self._on_disarm)
         self.create_service(Trigger, '~/emergency_stop', self._on_emergency_stop)
-        self._news = self.create_guard_condition(self._on_news)
         self.create_timer(_CHECK_EVERY_S, self._on_check)
         self.create_timer(_BATTERY_EVERY_S, self._on_battery)
         self._body = BodyReporter(self, self._body_status)
@@ -201,6 +197,7 @@ class HardwareNode(ManagedNode):
         """Begin the frames."""
         assert self._robot is not None
         self._gate = TargetGate(period_s=1.0 / RATE_HZ, joints=self._robot.joints.names)
+        self._gait_scale = GaitScale(self._robot.safety.limits.park_rad)
         self._auto_arm = bool(self.get_parameter('auto_arm').value)
         self._io = IoThread(self._robot, period_s=1.0 / RATE_HZ, on_frame=self._on_frame,
                             on_pose=self._on_pose, sign_of_life=self._sign_of_life,
@@ -240,12 +237,16 @@ class HardwareNode(ManagedNode):
 
     def _on_frame(self, report: Report) -> None:
         self._frames.append((self._frame_clock.stamp_ns(), report))
-        self._news.trigger()
+        self._tell()
 
     def _on_pose(self, report: Report) -> None:
-        if self._pulses.get_subscription_count():
+        if self._out.wants_poses:
             self._poses.append((self._frame_clock.stamp_ns(), report))
-            self._news.trigger()
+            self._tell()
+
+    def _tell(self) -> None:
+        if (executor := self.executor) is not None:
+            executor.create_task(self._on_news)
 
     def _sign_of_life(self, driven: bool) -> None:
         if time.monotonic() - self._executor_at_s < _EXECUTOR_SILENT_AFTER_S:
@@ -263,33 +264,10 @@ class HardwareNode(ManagedNode):
         while self._frames:
             stamp, report = self._frames.popleft()
             self._last = report
-            self._publish(report, stamp)
+            self._out.frame(report, None if self._part is None else type(self._part), stamp)
         while self._poses:
             stamp, report = self._poses.popleft()
-            self._pulses.publish(messages.pulses(report, to_stamp(stamp)))
-
-    def _publish(self, report: Report, frame_ns: int) -> None:
-        stamp = to_stamp(frame_ns)
-        # First: the brain answers this one.
-        self._joint_states.publish(messages.joint_states(report, stamp))
-        # What nobody listens to is not made: a third of this process' time.
-        if self._pulses.get_subscription_count():
-            self._pulses.publish(messages.pulses(report, stamp))
-        if self._part is not None and report.sample is not None:
-            self._publish_imu(report, report.sample, type(self._part), stamp)
-
-    def _publish_imu(self, report: Report, sample: Sample, part: type[Part], stamp: Time) -> None:
-        frame_id = self._text('imu_frame_id')
-        raw_heard = self._imu_raw.get_subscription_count()
-        data_heard = self._imu_data.get_subscription_count()
-        if raw_heard or data_heard:
-            raw = messages.imu_raw(sample, part, frame_id, stamp)
-            if raw_heard:
-                self._imu_raw.publish(raw)
-            if data_heard:
-                self._imu_data.publish(messages.imu_data(raw, report))
-        if sample.field_t is not None and self._imu_mag.get_subscription_count():
-            self._imu_mag.publish(messages.magnetic_field(sample.field_t, part, frame_id, stamp))
+            self._out.pose(report, stamp)
 
     def _on_battery(self) -> None:
         if self._last is not None and self._io is not None:
@@ -303,7 +281,9 @@ class HardwareNode(ManagedNode):
         except TargetRefusedError as error:
             self._refuse(str(error))
             return
-        self._io.target(target.pose, target.word_epoch)
+        scale = float(self.get_parameter('gait_scale').value)
+        self._io.target(self._gait_scale.scaled(target.pose, scale, self._frame_clock.now()),
+                        target.word_epoch)
         if target.counts:
             self._accepted_at_s, self._accepted_stamp_ns = time.monotonic(), target.stamp_ns
         else:

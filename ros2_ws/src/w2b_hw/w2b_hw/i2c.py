@@ -1,5 +1,5 @@
 """
-The wire to the chips: one method, `transfer`, under every driver of this package.
+The I2C bus: one method, `transfer`, used by every driver of this package.
 
 A transfer is a list of I2C messages joined by repeated starts and ended by one stop. It either
 happens whole or raises an OSError with the kernel's error number: 121 (EREMOTEIO), 6 (ENXIO) or

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from w2b_core import bodies
-from w2b_core.bodies.model import Body
+from w2b_core.bodies.model import Body, Vector
+from w2b_core.bodies.robot_file.directions import STEP_RAD, in_words, motions
 from w2b_core.bodies.wiring import CHANNELS, Wiring
 
 #: The body that the robot is built as unless another is named.
@@ -29,6 +32,8 @@ class JointList:
     wiring
         Of each joint: the output of its servo, its direction and its pulses, from the body's file;
         outputs in the order of the joints where none says otherwise.
+    way_m
+        Where the end of a joint's leg goes as it turns by +10 degrees; empty: not known.
 
     """
 
@@ -37,6 +42,7 @@ class JointList:
     lower_rad: tuple[float, ...]
     upper_rad: tuple[float, ...]
     wiring: tuple[Wiring, ...] = ()
+    way_m: tuple[Vector, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that one board can drive them (ValueError)."""
@@ -52,6 +58,12 @@ class JointList:
         return tuple(min(max(0.0, low), high)
                      for low, high in zip(self.lower_rad, self.upper_rad, strict=True))
 
+    def motion(self, joint: str, angle_rad: float) -> str:
+        """Return in words where the end of a joint's leg goes as it turns by about 10 degrees."""
+        if not self.way_m:
+            return 'the way that is positive'
+        return in_words(np.array(self.way_m[self.names.index(joint)]) * (angle_rad / STEP_RAD))
+
     def limits_rad(self, joint: str) -> tuple[float, float]:
         """Return the limits of a joint (ValueError if there is no such joint)."""
         number = self.names.index(joint)
@@ -62,7 +74,8 @@ def of_body(body: Body, wiring: Sequence[Wiring] = ()) -> JointList:
     """Return the joints of a body (ValueError if one board cannot drive them)."""
     return JointList(body.name, tuple(joint.name for joint in body.joints),
                      tuple(joint.lower_rad for joint in body.joints),
-                     tuple(joint.upper_rad for joint in body.joints), tuple(wiring))
+                     tuple(joint.upper_rad for joint in body.joints), tuple(wiring),
+                     tuple(motion.way for motion in motions(body).values()))
 
 
 def named(body: str) -> JointList:

@@ -1,4 +1,4 @@
-"""From a robot's report to ROS messages: nothing is decided here."""
+"""Convert a robot's report to ROS messages."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def check_imu(transport: Transport, choice: str) -> Check:
 
 def check_calibration(path: Path, allow_uncalibrated: bool = False,
                       joints: JointList = TWIN) -> Check:
-    """Load the calibration file; servos that nobody calibrated fail unless they are allowed."""
+    """Load the calibration file; uncalibrated servos fail unless they are allowed."""
     try:
         found = calibration.load(path, joints)
     except CalibrationError as error:

@@ -58,7 +58,7 @@ class Report:
 
 class Robot:
     """
-    Twelve servos and an IMU that do nothing they should not.
+    The servos and the IMU behind the safety machine.
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ class Robot:
     watch_posture
         Whether to hold and relax when the IMU says that the robot fell or was picked up.
     allow_uncalibrated
-        Whether to arm though nobody calibrated some servos.
+        Whether to arm with uncalibrated servos.
     clock
-        Monotonic seconds: tells that the process was stopped within a frame.
+        Monotonic seconds: shows that the process was stopped within a frame.
 
     """
 

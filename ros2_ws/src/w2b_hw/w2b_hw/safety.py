@@ -232,7 +232,7 @@ class Safety:
             self._relax(State.DISARMED, reason)
 
     def confirm(self) -> None:
-        """Tell that the last command reached the servos."""
+        """Note that the last command reached the servos."""
         self._unconfirmed = False
 
     # -- time

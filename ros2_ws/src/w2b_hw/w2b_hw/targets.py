@@ -67,7 +67,7 @@ class TargetGate:
         self.refused = 0
 
     def armed(self, now_ns: int) -> None:
-        """Tell that the robot was armed: answers to frames of before move nothing."""
+        """Note that the robot was armed: answers to earlier frames move nothing."""
         self._armed_at_ns = now_ns
 
     def take(self, message: Trajectory, now_ns: int, epoch: str) -> Target:

@@ -1,7 +1,7 @@
 """
 Buses by name, the kernel's among them, and how often a transfer is tried again.
 
-What a bus is stands in `i2c`, which drivers and emulated chips alike are written to.
+`i2c` defines the interface for drivers and emulated chips.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class FrameBudget:
     A transport that tries again, but only so often in one frame.
 
     A spike on the wire must not end a walk, and a dead wire must not eat the frame: at most
-    `retries` further tries are made between two calls of `begin_frame`, whoever needs them. A held
+    `retries` further tries are shared by all transfers between two calls of `begin_frame`. A held
     bus (errno 110) is never tried again in the same frame: after it, every transfer of the frame
     fails at once with the same error.
     """

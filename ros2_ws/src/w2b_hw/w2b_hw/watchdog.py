@@ -1,4 +1,4 @@
-"""Messages to systemd (sd_notify(3)): ready, alive, stopping. Without systemd they go nowhere."""
+"""Messages to systemd (sd_notify(3)): ready, alive, stopping; without systemd nothing is sent."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Systemd:
             self._socket.setblocking(False)
 
     def ready(self) -> None:
-        """Tell that the service is up."""
+        """Report that the service is up."""
         self._send(b'READY=1')
 
     def alive(self) -> None:
@@ -27,7 +27,7 @@ class Systemd:
         self._send(b'WATCHDOG=1')
 
     def stopping(self) -> None:
-        """Tell that the service goes down."""
+        """Report that the service is stopping."""
         self._send(b'STOPPING=1')
 
     def _send(self, message: bytes) -> None:

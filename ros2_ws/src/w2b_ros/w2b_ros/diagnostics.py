@@ -1,4 +1,4 @@
-"""Tells the outside how a node is: on /diagnostics at 1 Hz and on change, and in the log."""
+"""Publish the status of a node: on /diagnostics at 1 Hz and on change, and in the log."""
 
 from __future__ import annotations
 

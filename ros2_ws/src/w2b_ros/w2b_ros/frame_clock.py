@@ -13,7 +13,7 @@ OTHER_CLOCK_S = 60.0
 
 class FrameClock:
     """
-    Tells the time on the clock of the frames, so that all that a node sends agrees with them.
+    Reads the clock of the frames, so that all stamps of a node agree with them.
 
     Parameters
     ----------

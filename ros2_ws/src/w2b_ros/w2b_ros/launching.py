@@ -62,9 +62,9 @@ def description(make: Callable[[Given], Sequence[Node]], arguments: Mapping[str,
     arguments
         Descriptions of the arguments by name; they are empty unless given.
     use_sim_time
-        Whether nodes take their time from the simulation, unless told otherwise.
+        Whether nodes take their time from the simulation by default.
     on_exit
-        What happens when a node ends, unless told otherwise: SHUTDOWN or RESPAWN.
+        What happens when a node ends by default: SHUTDOWN or RESPAWN.
 
     """
     return LaunchDescription([
@@ -92,7 +92,7 @@ def node(given: Given, package: str, executable: str, *,
     package, executable
         What to start; its parameter file is `config/EXECUTABLE.yaml` of the package.
     defaults
-        Parameters that the launch file sets unless told otherwise.
+        Parameters that the launch file sets unless an argument does.
     clock_topic
         Where simulated time is told.
     own_clock

@@ -68,7 +68,7 @@ class ManagedNode(LifecycleNode):
         """Let go of what `configure` loaded."""
 
     def close(self) -> None:
-        """Do the last things before the process ends."""
+        """Release what the node holds before the process ends."""
         if self.state_label == 'active':
             self.trigger_deactivate()
 

@@ -1,5 +1,5 @@
 """
-The command line of a node: `--help`, and what is refused because nobody would read it.
+The command line of a node: `--help`, and arguments that are refused instead of ignored.
 
 A node takes ROS arguments only. One that it ignored would be one that its user counts on: a robot
 that was meant to be emulated would move.
@@ -24,7 +24,7 @@ class Described(Protocol):
 
     @property
     def default(self) -> str | float | int | bool:
-        """Its value unless told otherwise."""
+        """Its default value."""
 
     @property
     def description(self) -> str:

@@ -1,4 +1,4 @@
-"""What is recorded of a walk, by every engine alike, and what is said of it: the outcome."""
+"""The recording of a walk, the same for every engine, and the outcome computed from it."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core.outcome import REVERSAL_RAD, Motion
+from w2b_core.outcome import REVERSAL_RAD, Motion, Outcome
 
 Array = NDArray[np.float64]
 
-#: Of a phase, a robot may use this long, or a third of it, to begin what it was told.
+#: Time that a robot has to begin what a phase asks for; at most a third of the phase.
 SETTLE_S = 1.0
 
 
@@ -28,7 +28,7 @@ class Recording:
         Of the base's origin.
     orientation_wxyz: shape (..., T, 4)
     yaw_rate_rad_s: shape (..., T)
-        Rate of turn about the base's z axis.
+        Mean rate of turn about the base's z axis since the last frame.
     joint_position_rad, target_rad: shape (..., T, J)
         Angles, and those that the servos were sent in the period that begins with the frame.
     touching: shape (..., T, touch sensors)
@@ -72,6 +72,41 @@ class Recording:
         """Cosine (..., T) between the base's z axis and the vertical."""
         _w, x, y, _z = np.moveaxis(self.orientation_wxyz.astype(np.float64), -1, 0)
         return 1 - 2 * (x * x + y * y)
+
+    @property
+    def path_length_m(self) -> Array:
+        """Length (...) of the base's path in x-y."""
+        length: Array = self._steps_m().sum(-1)
+        return length
+
+    @property
+    def largest_step_m(self) -> Array:
+        """Longest displacement (...) of the base in x-y between two frames."""
+        longest: Array = self._steps_m().max(-1, initial=0.0)
+        return longest
+
+    def _steps_m(self) -> Array:
+        place = self.position_m[..., :2].astype(np.float64)
+        steps: Array = np.linalg.norm(np.diff(place, axis=-2), axis=-1)
+        return steps
+
+
+def outcome(recording: Recording) -> Outcome:
+    """Return every figure of recordings (C, W, K, T, ...), or of one (T, ...), without axes."""
+    place = recording.position_m.astype(np.float64)
+    yaw, moving = recording.yaw_rad, np.s_[..., min(1, recording.frames - 1):, :]
+    return Outcome(
+        final_position_m=place[..., -1, :], path_length_m=recording.path_length_m,
+        largest_step_m=recording.largest_step_m,
+        touch_fraction=recording.touching.astype(np.float64).mean(-2),
+        halfway_position_m=place[..., recording.frames // 2, :2],
+        farthest_m=np.sqrt((place[..., :2]**2).sum(-1).max(-1)),
+        yaw_rad=yaw[..., -1] - yaw[..., 0], lowest_height_m=place[..., 2].min(-1),
+        lowest_up=recording.upright.min(-1),
+        effort_nm=recording.torque_nm[moving].mean((-1, -2), dtype=np.float64),
+        reversals=reversals(recording.joint_position_rad.astype(np.float64)).astype(np.float64),
+        at_speed_limit=recording.limited[moving].mean((-1, -2), dtype=np.float64),
+        start_height_m=place[..., 0, 2])
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,42 +12,11 @@ from w2b_core.bodies.model import Body
 from w2b_core.network import Network, prime, step
 from w2b_core.senses import Readings
 from w2b_sim.engines.interface import Frame, Simulation
+from w2b_sim.recording import Recording
+from w2b_sim.walking import recording_of
+from w2b_sim.worlds import PAPER
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Rollout:
-    """
-    What was logged at each of T sensor frames, before the world moved.
-
-    Attributes
-    ----------
-    position_m: shape (T, 3)
-        Of the base.
-    joint_position_rad: shape (T, M)
-    touching: shape (T, S)
-        One column a touch-sensitive link, in the order of the body's sensors.
-
-    """
-
-    position_m: Array
-    joint_position_rad: Array
-    touching: Array
-
-    @property
-    def path_length_m(self) -> float:
-        """Length of the path in x-y."""
-        return float(self._steps_m().sum())
-
-    @property
-    def largest_step_m(self) -> float:
-        """Longest displacement in x-y between two frames."""
-        return float(self._steps_m().max(initial=0.0))
-
-    def _steps_m(self) -> Array:
-        steps: Array = np.linalg.norm(np.diff(self.position_m[:, :2], axis=0), axis=1)
-        return steps
 
 
 def targets_rad(body: Body, motors: Array) -> Array:
@@ -68,25 +36,36 @@ def sensor_values(body: Body, frame: Frame, motors: Array) -> Array:
 
 
 def rollout(simulation: Simulation, body: Body, network: Network, signal: ArrayLike, steps: int,
-            on_frame: Callable[[int, Frame], None] | None = None) -> Rollout:
+            on_frame: Callable[[int, Frame], None] | None = None, *,
+            period_s: float = PAPER.control_period_s) -> Recording:
     """
-    Run one controller under one word's `signal` (T,), from the pose the simulation is in.
+    Return the recording of one controller under one word, from the pose the simulation is in.
 
-    `on_frame` is called with each frame's number and the frame, for cameras. The last frame is
-    logged and nothing moves after it, as in the original program.
+    Parameters
+    ----------
+    simulation, body, network
+        What moves, and what moves it.
+    signal: shape (T,)
+        Of the word, or of several, one after the other.
+    steps
+        Number of frames. Nothing moves after the last, as in the original program.
+    on_frame
+        Called with each frame's number and the frame, for cameras.
+    period_s
+        The control period of the simulation's world.
+
     """
     state = prime(network, signal)
-    positions, angles, touches = [], [], []
+    frames: list[Frame] = []
+    targets: list[Array] = []
     for number in range(steps):
         frame = simulation.observe()
-        positions.append(frame.position_m)
-        angles.append(frame.joint_position_rad)
-        touches.append([float(touch) for touch in frame.touching.values()])
+        frames.append(frame)
+        targets.append(targets_rad(body, state.motors))
         if on_frame is not None:
             on_frame(number, frame)
         if number == steps - 1:
             break
-        targets = targets_rad(body, state.motors)
         state = step(network, state, sensor_values(body, frame, state.motors))
-        simulation.step(targets)
-    return Rollout(np.array(positions), np.array(angles), np.array(touches))
+        simulation.step(targets[-1])
+    return recording_of(frames, targets, period_s)

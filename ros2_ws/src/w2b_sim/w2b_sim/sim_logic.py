@@ -36,7 +36,7 @@ def reset_answer(stamp_ns: int) -> str:
 
 
 def first_stamp_ns(answer: str) -> int:
-    """Return the stamp that a `reset_answer` tells."""
+    """Return the stamp in a `reset_answer`."""
     return round(float(answer.split()[-1]) * 1e9)
 
 
@@ -128,7 +128,7 @@ class SimulatedRobot:
 
     @property
     def may_move(self) -> bool:
-        """Whether the body may move now: not paused and, in lockstep, told where to."""
+        """Whether the body may move now: not paused and, in lockstep, with targets."""
         return not self.paused and (self.paced or self.answered)
 
     def pause(self, paused: bool) -> None:

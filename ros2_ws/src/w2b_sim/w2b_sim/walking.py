@@ -124,10 +124,11 @@ def walk(simulation: Simulation, body: Body, controller: Controller, phases: Seq
             simulation.step(targets[-2] if flaws.late and len(targets) > 1 else asked)
     frames.append(simulation.observe())
     targets.append(controller.targets_rad(mind.motors)[order] + zeros)
-    return _recording(frames, targets, period_s)
+    return recording_of(frames, targets, period_s)
 
 
-def _recording(frames: Sequence[Frame], targets: Sequence[Array], period_s: float) -> Recording:
+def recording_of(frames: Sequence[Frame], targets: Sequence[Array], period_s: float) -> Recording:
+    """Return T frames, and the targets (M,) sent after each, as a recording."""
     xyzw = np.array([frame.orientation_xyzw for frame in frames])
     return Recording(
         period_s=period_s,

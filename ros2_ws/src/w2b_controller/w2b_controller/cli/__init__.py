@@ -1,1 +1,1 @@
-"""The command `w2b`: what a person does with a robot, without the `ros2` tool."""
+"""The command `w2b`: operate a robot without the `ros2` tool."""

@@ -53,6 +53,8 @@ for _name, _target, _extras, _about in (
         ('description', 'w2b_description.description:main', 'ros',
          'the node that publishes robot_description and tf'),
         ('hardware', 'w2b_hw.node:main', 'hw,ros', 'the node that drives the servos of a robot'),
+        ('page', 'w2b_web.page:main', 'web,ros', 'the node that shows robots in a browser'),
+        ('play', 'w2b_web.play:main', 'web,sim,ros', 'a robot, a brain and the page, at once'),
         ('calibrate', 'w2b_hw.entry:calibrate', 'hw', 'calibrate the servos, one by one'),
         ('preflight', 'w2b_hw.entry:preflight', 'hw', 'check the robot before it is armed'),
         ('relax', 'w2b_hw.relax:main', 'hw', 'all servos off; needs nothing but the bus'),

@@ -28,7 +28,7 @@ NO_BODY = {
 
 
 class NobodyError(RuntimeError):
-    """Nobody answered in time; one line says who was asked."""
+    """No node answered in time; one line names the node or service."""
 
 
 class _Asking:

@@ -1,5 +1,5 @@
 """
-The English of commands that vectors cannot tell: function words, negations, pairs of words.
+English that word vectors do not resolve: function words, negations, pairs of words.
 
 Vectors of single words say nothing about *not*, and mislead about particles: *down* in *sit down*,
 *left* in *turn left*. These are few, closed and known, so they are rules.
@@ -60,6 +60,8 @@ PAIRS: dict[tuple[str, str], str] = {
     (first, second): behaviour for behaviour, pairs in _PAIRS.items()
     for first, second in (pair.split() for pair in pairs.split('|'))}
 ARTICLES = _words('a an the your my')
+#: What follows these is a thing: *take a step* asks for a motion, *the step* does not.
+DEFINITE = _words('the your my this that these those his her its our their every')
 
 #: Words that ask for a turn and do not say which.
 TURNS = _words(

@@ -41,7 +41,7 @@ class Asked:
     Attributes
     ----------
     behaviour
-        Empty if it asks for nothing, or for what cannot be told.
+        Empty if it asks for nothing, or the sentence is ambiguous.
     because
         The word that decided; None if none did.
     problem
@@ -119,7 +119,7 @@ def asked(sentence: Sequence[Clause], judge: JudgeWord, priority: Sequence[str],
     first = min(wanted, key=lambda word: priority.index(word.behaviour))
     rivals = sorted({word.behaviour for word in wanted}, key=priority.index)
     problem = ''
-    if _too_unlike(first.behaviour, heard, margins):
+    if _too_unlike(first.behaviour, parts, margins):
         problem = f'has {first.text!r}, which is too unlike a command for a sentence'
     elif first.behaviour != STOP and len(rivals) > 1:
         problem = f'asks for {" and ".join(rivals)}: say one at a time'
@@ -129,23 +129,44 @@ def asked(sentence: Sequence[Clause], judge: JudgeWord, priority: Sequence[str],
 
 
 def _without_guesses(parts: Sequence[Sequence[WordHeard]]) -> list[list[WordHeard]]:
-    """Beside a command that is known by heart, take guessed ones for no command; not stops."""
+    """
+    Beside a command that is known by heart, take guessed ones for no command.
+
+    But for stops, and for what directly follows a known motion: in *walk backwards* it says how.
+    """
     if not any(word.by_heart and word.behaviour for part in parts for word in part):
         return [list(part) for part in parts]
-    return [[replace(word, role=Role.OTHER, behaviour='')
-             if word.behaviour not in ('', STOP) and not word.by_heart else word
-             for word in part] for part in parts]
+    return [[_no_command(word) if _is_guessed_motion(word) and not _says_how(part, place) else word
+             for place, word in enumerate(part)] for part in parts]
 
 
-def _too_unlike(behaviour: str, heard: Sequence[WordHeard], margins: Sequence[float]) -> bool:
+def _is_guessed_motion(word: WordHeard) -> bool:
+    return word.behaviour not in ('', STOP) and not word.by_heart
+
+
+def _no_command(word: WordHeard) -> WordHeard:
+    return replace(word, role=Role.OTHER, behaviour='')
+
+
+def _says_how(part: Sequence[WordHeard], place: int) -> bool:
+    """Return whether a word directly follows a motion that is known by heart."""
+    before = part[place - 1] if place else None
+    return before is not None and before.by_heart and before.behaviour not in ('', STOP)
+
+
+def _too_unlike(behaviour: str, parts: Sequence[Sequence[WordHeard]], margins: Sequence[float]
+                ) -> bool:
     """Return whether nothing of a behaviour is enough like a command for the whole sentence."""
+    heard = [word for part in parts for word in part]
     meant = sum(word.role in (Role.COMMAND, Role.NEGATED, Role.OTHER, Role.UNKNOWN)
                 for word in heard)
     margin = margins[min(meant, len(margins)) - 1]
     if behaviour == STOP and any(word.behaviour not in ('', STOP) for word in heard):
         return False
     return not any(word.by_heart or word.role is Role.NEGATED or word.familiarity > margin
-                   for word in heard if word.behaviour == behaviour)
+                   or _says_how(part, place)
+                   for part in parts for place, word in enumerate(part)
+                   if word.behaviour == behaviour)
 
 
 def _words(part: str) -> tuple[str, ...]:
@@ -161,6 +182,9 @@ def _clause(words: Sequence[str], judge: JudgeWord, negated: bool, alone: bool,
     position = 0
     while position < len(words):
         word, taken = _entry(words[position:], judge, alone, priority)
+        if not negated and position and words[position - 1] in english.DEFINITE \
+                and _is_guessed_motion(word):
+            word = _no_command(word)  # *the table* is a thing
         position += taken
         if word.role is Role.NEGATION:
             negated, spent = True, False

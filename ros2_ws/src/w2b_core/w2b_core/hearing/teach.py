@@ -1,4 +1,4 @@
-"""Teaching an ear one more word: its legs stay as they are, and what else changes is told."""
+"""Teach an ear one more word: the legs stay as they are; other changed answers are listed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Change:
 @dataclass(frozen=True)
 class Taught:
     """
-    What came of teaching.
+    The result of teaching.
 
     Attributes
     ----------

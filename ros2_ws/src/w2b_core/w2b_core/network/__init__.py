@@ -1,5 +1,5 @@
 """
-The two networks of this house, as pure functions.
+The two networks, as pure functions.
 
 `serial` is the paper's: a word is primed into the hidden neurons. `leaky` is what a separate ear
 drives: leaky neurons with a command and senses at every step.

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.behaviours import course_of
 from w2b_core.bodies.model import Body, Joint, Link
 from w2b_core.bodies.points import spheres
-from w2b_core.courses import course_of
 from w2b_core.senses import AXES, split
 
 #: Factors of x, y and z.

@@ -1,4 +1,4 @@
-"""A vocabulary opened in gensim, for those who have it: a robot needs none of it."""
+"""A vocabulary opened in gensim, which is optional."""
 
 from __future__ import annotations
 

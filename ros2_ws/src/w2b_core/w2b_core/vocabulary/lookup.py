@@ -301,7 +301,7 @@ class Vocabulary:
     @cached_property
     def keyed_vectors(self) -> KeyedVectors:
         """
-        The vocabulary as gensim's KeyedVectors (unscaled), for everything that those can do.
+        The vocabulary as gensim's KeyedVectors (unscaled).
 
         Raises VocabularyError if gensim is not installed.
         """

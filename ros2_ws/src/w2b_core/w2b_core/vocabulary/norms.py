@@ -56,7 +56,7 @@ def is_unit_length(vectors: NDArray[np.floating]) -> bool:
 
 def check_lengths(vectors: Vectors, source: str, scale: float = 1.0) -> None:
     """
-    Refuse vectors (N, D), times `scale`, that no network could hear, or only as thunder.
+    Refuse vectors (N, D) that are, times `scale`, too short or too long for a network.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """
 Reading files of word vectors: word2vec's binary and text formats, and GloVe's text.
 
-gensim reads these too, but believes the first line: of a file that holds more words than that line
+gensim reads these too, but trusts the first line: of a file that holds more words than that line
 says it drops the rest in silence, and one that holds fewer it fills up with nothing.
 """
 

@@ -1,8 +1,8 @@
 """
 Emulated chips in a process of their own, reached through a Unix socket.
 
-A process that drives chips can be killed; the chips go on. So they must not live in it when that
-is what is looked at: `emulator PATH` serves them, `transport:=emulated:PATH` uses them.
+Chips outlive a process that drives them. To test how such a process ends, `emulator PATH` serves
+the chips from another one and `transport:=emulated:PATH` uses them.
 
 One JSON object a line each way. `{"transfer": [["w", address, "hex"], ["r", address, count]]}`
 gives `{"got": ["hex"]}` or `{"errno": 121, "message": "..."}`; `{"outputs": true}` gives what the

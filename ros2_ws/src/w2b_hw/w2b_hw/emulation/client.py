@@ -17,7 +17,7 @@ class SocketTransport:
     """
     A `Transport` over the Unix socket that `emulator` serves.
 
-    `clock`, if given, is told with each request: what chips in lockstep run by.
+    `clock`, if given, is sent with each request: the time of chips in lockstep.
 
     Raises
     ------

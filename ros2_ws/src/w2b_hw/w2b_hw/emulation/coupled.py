@@ -12,8 +12,8 @@ The physics engine is imported here and nowhere else in this package.
 from __future__ import annotations
 
 import threading
-from collections import deque
 from collections.abc import Callable
+from math import sqrt
 from time import monotonic
 from typing import Any
 
@@ -29,15 +29,17 @@ from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.imu.lsm6dsox_lis3mdl import Lsm6dsoxLis3mdl as Part
 from w2b_hw.joints import of_body
 from w2b_sim.engines import registry
-from w2b_sim.engines.inertial import WINDOW_S, matrix
+from w2b_sim.engines.inertial import matrix
 from w2b_sim.engines.interface import Start
 from w2b_sim.worlds import WORLDS
 
 Array = NDArray[np.float64]
 
-#: Physics advances in slices of an IMU sample; pulses take effect at the next one, as they do at
-#: the next of the PCA9685's cycles of 20 ms.
-SLICE_S = WINDOW_S
+#: Physics advances in slices of about a sample of the IMU, 104 Hz; pulses take effect at the next
+#: one, as they do at the next of the PCA9685's cycles of 20 ms.
+SLICE_S = 0.01
+#: Between two frames of the hardware node.
+FRAME_S = 0.05
 #: A process that was stopped for longer does not make up for it.
 CATCH_UP_S = 2.0
 DEFAULT_ENGINE = 'mujoco'
@@ -89,7 +91,9 @@ class SimulatedBody:
         self.simulation = registry.make_simulation(engine, self.body, self._world, start)
         self._chips = chips
         self._bias = np.array(gyro_bias_rad_s)
-        self._sigmas = np.sqrt([Part.acceleration_variance, Part.angular_velocity_variance]) * noise
+        # Of a slice: that of a frame's mean is the part's.
+        self._sigmas = np.sqrt([Part.acceleration_variance, Part.angular_velocity_variance]) * (
+            noise * sqrt(FRAME_S / SLICE_S))
         self._rng = np.random.default_rng(seed)
         self._clock = clock
         self._steps = max(1, round(SLICE_S / self._world.physics_step_s))
@@ -98,22 +102,16 @@ class SimulatedBody:
         #: Simulated seconds so far.
         self.time_s = 0.0
         self._targets = np.zeros(len(self._servos))
-        #: What the IMU felt in the last slices: force, rate of turn.
-        self._felt: deque[tuple[Array, Array]] = deque(maxlen=round(1.0 / SLICE_S))
-        self._feel()
+        # The parts take their samples by the body's time, each of the slice that it falls into.
+        chips.motion.clock = lambda: self._done_s
         self._move_imu()
 
     def catch_up(self) -> None:
         """Bring the body to the clock's time, under the pulses there are."""
         now_s = self._clock()
         self._done_s = max(self._done_s, now_s - CATCH_UP_S)
-        moved = False
         while self._done_s + self._slice_s <= now_s + 1e-9:
             self._advance()
-            self._done_s += self._slice_s
-            moved = True
-        if moved:
-            self._move_imu()
 
     def _advance(self) -> None:
         pulses = self._chips.pca9685.pulses_us()
@@ -122,27 +120,19 @@ class SimulatedBody:
             servo.angle_rad(pulses[servo.channel]) if pulses[servo.channel] else before
             for servo, before in zip(self._servos, self._targets, strict=True)])
         self.simulation.advance(self._targets, self._steps, driven)
-        self._feel()
         self.time_s += self._slice_s
-
-    def _feel(self) -> None:
-        imu = self.simulation.observe().imu
-        self._felt.append((imu.specific_force_m_s2, imu.angular_velocity_rad_s))
-
-    def _samples(self) -> int:
-        """Return how many slices a sample of the part averages, at its output data rate."""
-        for chip in self._chips.imu_chips:
-            if isinstance(chip, Lsm6dsox) and chip.rate_hz:
-                return max(1, min(len(self._felt), round(1.0 / (chip.rate_hz * self._slice_s))))
-        return 1
+        self._done_s += self._slice_s
+        self._move_imu()
 
     def _move_imu(self) -> None:
         frame, motion = self.simulation.observe(), self._chips.motion
-        last = list(self._felt)[-self._samples():]
-        force, rate = (np.mean(part, axis=0) for part in zip(*last, strict=True))
-        motion.acceleration_m_s2 = self._noisy(force, self._sigmas[0])
-        motion.angular_velocity_rad_s = self._noisy(rate + self._bias, self._sigmas[1])
+        motion.acceleration_m_s2 = self._noisy(frame.imu.specific_force_m_s2, self._sigmas[0])
+        motion.angular_velocity_rad_s = self._noisy(
+            frame.imu.angular_velocity_rad_s + self._bias, self._sigmas[1])
         motion.field_t = _vector(matrix(frame.orientation_xyzw).T @ _NORTH_AND_DOWN_T)
+        for chip in self._chips.imu_chips:
+            if isinstance(chip, Lsm6dsox):
+                chip.take_samples()
 
     def _noisy(self, values: Array, sigma: float) -> Vector:
         return _vector(values + self._rng.normal(size=3) * sigma)

@@ -1,4 +1,4 @@
-"""A transport that spoils transfers on purpose: what a bad wire does to a good chip."""
+"""A transport that injects faults into transfers, as a bad wire does."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Fault = Callable[[Transport, Sequence[Message]], list[bytes]]
 
 
 def no_acknowledge(transport: Transport, messages: Sequence[Message]) -> list[bytes]:
-    """Nobody acknowledges the address (errno 121)."""
+    """No chip acknowledges the address (errno 121)."""
     raise OSError(errno.EREMOTEIO, 'injected: no acknowledge')
 
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from w2b_hw.i2c import Transport
 
 Vector = tuple[float, float, float]
@@ -20,10 +23,11 @@ class ImuError(RuntimeError):
 @dataclass(frozen=True)
 class Sample:
     """
-    One measurement in the board's frame.
+    What the part felt since the last one, in the board's frame.
 
-    `acceleration_m_s2` is the specific force (+9.81 along z at rest), `field_t` the magnetic field
-    or None if no new one was ready.
+    A part that measures more often than it is read averages: one measurement a frame would alias
+    the gait into a drift of the heading. `acceleration_m_s2` is the specific force (+9.81 along z
+    at rest), `field_t` the magnetic field or None if no new one was ready.
     """
 
     acceleration_m_s2: Vector
@@ -71,3 +75,16 @@ def scaled(words: tuple[int, ...], scale: float) -> Vector:
     """Return three raw words in units."""
     x, y, z = words
     return x * scale, y * scale, z * scale
+
+
+def mean_rate_rad_s(rates_rad_s: NDArray[np.float64], period_s: float) -> Vector:
+    """
+    Return the steady rate that turns as far as `rates_rad_s` (N, 3), each of them for `period_s`.
+
+    Turns about different axes do not add up: beside the mean there is the coning correction of
+    strapdown navigation (Savage 1998, Strapdown Inertial Navigation, part 1, equation 47).
+    """
+    turned = np.cumsum(rates_rad_s, axis=0) - rates_rad_s
+    coning = np.cross(turned, rates_rad_s).sum(axis=0) * (0.5 * period_s)
+    x, y, z = ((rates_rad_s.sum(axis=0) + coning) / len(rates_rad_s)).tolist()
+    return x, y, z

@@ -1,4 +1,4 @@
-"""Which IMU is on the bus: told by what answers WHO_AM_I."""
+"""Find the IMU on the bus by its WHO_AM_I register."""
 
 from __future__ import annotations
 

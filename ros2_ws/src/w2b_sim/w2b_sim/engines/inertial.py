@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: Over so long the parts average: about one sample of 104 Hz, filtered at half of that.
-WINDOW_S = 0.01
 _TINY_RAD = 1e-12
 
 
 @dataclass(frozen=True)
 class Inertial:
     """
-    Measured without noise, in the base's axes, averaged over the last `WINDOW_S`.
+    Measured without noise, in the base's axes, averaged over the time that the simulation last
+    advanced by: a control period, as the robot averages all samples since its last frame. One
+    sample a frame would alias the gait into a drift of the heading.
 
     `specific_force_m_s2` (3,) is what an accelerometer at the base's origin shows (upwards at
     rest), `angular_velocity_rad_s` (3,) what a gyroscope shows.

@@ -2,7 +2,7 @@
 MuJoCo: the second engine that the `sim` node runs, and the second judge of champions.
 
 It shares the body's description and the servo law with PyBullet, and nothing else: its contacts
-are soft where PyBullet's are impulses. A gait that walks in one only is no gait.
+are soft where PyBullet's are impulses. A gait has to walk in both.
 
 A servo is a motor constraint of limited torque. MuJoCo has none; a joint's dry friction is one
 whose velocity to hold is 0, so its reference acceleration is replaced, in every step, by the one
@@ -57,7 +57,6 @@ class MuJoCoSimulation:
         self._row = np.argsort(np.argsort(self._rate))
         self._substeps = substeps(world)
         self._step_s = world.physics_step_s / self._substeps
-        self._window_steps = max(1, round(inertial.WINDOW_S / world.physics_step_s))
         self._touch_links = {
             self.model.body(sensor.removeprefix('touch:')).id: sensor.removeprefix('touch:')
             for sensor in body.sensors if sensor.startswith('touch:')}
@@ -116,12 +115,9 @@ class MuJoCoSimulation:
         targets = np.asarray(targets_rad, dtype=np.float64)
         model, data, moving = self.model, self.data, self._moving
         torque, limited = np.zeros(int(moving.sum())), np.zeros(len(moving))
-        window = min(self._window_steps, physics_steps)
         before = self._motion()
         model.dof_frictionloss[self._rate] = self._servos.torques_nm(driven)[moving]
-        for number in range(physics_steps):
-            if number == physics_steps - window:
-                before = self._motion()
+        for _ in range(physics_steps):
             speeds = self._servos.speeds_rad_s(targets, self._angles(), driven)
             limited += self._servos.limited(speeds)
             speeds = speeds[moving]
@@ -134,7 +130,8 @@ class MuJoCoSimulation:
         self._torque_nm = np.zeros(len(moving))
         self._torque_nm[moving] = torque / (physics_steps * self._substeps)
         self._limited = limited / physics_steps
-        self._imu = inertial.between(before, self._motion(), window * self.world.physics_step_s,
+        self._imu = inertial.between(before, self._motion(),
+                                     physics_steps * self.world.physics_step_s,
                                      self.world.gravity_m_s2)
         # Contacts where the body is now, not where it was before the last step.
         mujoco.mj_fwdPosition(model, data)

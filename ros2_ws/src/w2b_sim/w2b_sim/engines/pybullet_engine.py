@@ -47,7 +47,6 @@ class PyBulletSimulation:
         self._touch_links = tuple(sensor.removeprefix('touch:') for sensor in body.sensors
                                   if sensor.startswith('touch:'))
         self._servos = Servos(body.joints)
-        self._window_steps = max(1, round(inertial.WINDOW_S / world.physics_step_s))
         self.reset(start or Start())
 
     @property
@@ -168,7 +167,6 @@ class PyBulletSimulation:
                 driven: Driven | None = None) -> None:
         """Drive the joints towards `targets_rad` (M,) for so many physics steps."""
         torque, limited = np.zeros(len(self._joints)), np.zeros(len(self._joints))
-        window = min(self._window_steps, physics_steps)
         before = self._motion()
         forces = self._servos.torques_nm(driven).tolist()
         for number in range(physics_steps):
@@ -176,8 +174,6 @@ class PyBulletSimulation:
             angles = np.array([state[0] for state in states])
             if number:
                 torque += np.abs([state[3] for state in states])
-            if number == physics_steps - window:
-                before = self._motion()
             speeds = self._servos.speeds_rad_s(targets_rad, angles, driven)
             limited += self._servos.limited(speeds)
             pybullet.setJointMotorControlArray(
@@ -188,5 +184,6 @@ class PyBulletSimulation:
         torque += np.abs([state[3] for state in states])
         self._torque_nm = torque * (self._torque_scale / physics_steps)
         self._limited = limited / physics_steps
-        self._imu = inertial.between(before, self._motion(), window * self.world.physics_step_s,
+        self._imu = inertial.between(before, self._motion(),
+                                     physics_steps * self.world.physics_step_s,
                                      self.world.gravity_m_s2)

@@ -1,8 +1,8 @@
 """
 The engines by name: what makes a step-wise simulation of one robot, and what evaluates many.
 
-An engine's modules are imported when it is asked for, so that nobody needs the libraries of the
-others. `ENGINES.add` registers one more, from a plugin (see `w2b_core.registry`).
+An engine's modules are imported when it is used, so that the libraries of the others need not be
+installed. `ENGINES.add` registers one more, from a plugin (see `w2b_core.registry`).
 """
 
 from __future__ import annotations
@@ -96,7 +96,8 @@ def make_simulation(name: str, body: Body, world: World, start: Start | None = N
 
 
 def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'float32',
-                   threads: int = 1, say: Callable[[str], None] | None = None) -> Evaluator:
+                   threads: int = 1, say: Callable[[str], None] | None = None,
+                   complete: bool = False) -> Evaluator:
     """
     Return an evaluator of `body` in `world`.
 
@@ -111,7 +112,10 @@ def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'flo
     threads
         Threads of the batched engine, processes of the others. The results do not depend on it.
     say
-        Is told, once, that the batched engine is being compiled; None for its logger.
+        Called with one line when the batched engine is compiled; None for its logger.
+    complete
+        Whether outcomes have every figure (`w2b_core.outcome.FIGURES`), not only the plain ones.
+        Step-wise engines always give them; the batched engine takes longer.
 
     Raises
     ------
@@ -129,7 +133,7 @@ def make_evaluator(name: str, body: Body, world: World, *, precision: str = 'flo
     if threads < 1:
         raise ValueError(f'threads: expected at least 1, got {threads}')
     evaluator: Evaluator = _load(engine, engine.evaluator)(
-        body, world, precision=precision, threads=threads, say=say)
+        body, world, precision=precision, threads=threads, say=say, complete=complete)
     return evaluator
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import fields
 from itertools import product
 from multiprocessing import connection, get_context, parent_process
 from threading import Thread
@@ -17,12 +18,12 @@ from w2b_core.bodies.model import Body
 from w2b_core.network import Network
 from w2b_sim.engines import registry
 from w2b_sim.engines.interface import Evaluation, Simulation, Start
+from w2b_sim.recording import outcome
 from w2b_sim.rollout import rollout
 from w2b_sim.worlds import World
 
 Array = NDArray[np.float64]
 Task = tuple[Array, Array, Array, Array, Start]
-Outcome = tuple[Array, float, float, Array]
 
 _worker: tuple[Body, World, Simulation] | None = None
 
@@ -84,12 +85,12 @@ class StepwiseEvaluator:
                  for c, w, k in product(*map(range, shape))]
         outcomes = list(self._run(tasks))
 
-        def gather(index: int) -> Array:
-            values = np.array([outcome[index] for outcome in outcomes])
+        def gather(name: str) -> Array:
+            values = np.array([getattr(outcome, name) for outcome in outcomes])
             return values.reshape(*shape, *values.shape[1:])
-        return Evaluation(gather(0), gather(1), gather(2), gather(3))
+        return Evaluation(**{field.name: gather(field.name) for field in fields(Evaluation)})
 
-    def _run(self, tasks: list[Task]) -> Iterator[Outcome]:
+    def _run(self, tasks: list[Task]) -> Iterator[Evaluation]:
         if self._pool is not None:
             return self._pool.map(_evaluate_in_worker, tasks, chunksize=4)
         return (_evaluate(self.body, self.world, self._simulation, task) for task in tasks)
@@ -102,24 +103,27 @@ def _start_worker(engine: str, body: Body, world: World) -> None:
 
 
 def _die_with_parent() -> None:
-    """End this process when the one that started it is gone: a SIGKILL there tells nobody."""
+    """End this process when the one that started it is gone, also after a SIGKILL."""
     parent = parent_process()
     assert parent is not None
     connection.wait([parent.sentinel])
     os._exit(1)
 
 
-def _evaluate_in_worker(task: Task) -> Outcome:
+def _evaluate_in_worker(task: Task) -> Evaluation:
     assert _worker is not None
     return _evaluate(*_worker, task)
 
 
-def _evaluate(body: Body, world: World, simulation: Simulation, task: Task) -> Outcome:
+def _evaluate(body: Body, world: World, simulation: Simulation, task: Task) -> Evaluation:
     hidden, motor, time_constants, signal, start = task
-    touch_count = sum(sensor.startswith('touch:') for sensor in body.sensors)
     if not all(np.isfinite(values).all() for values in (hidden, motor, signal)):
-        return np.full(3, np.nan), np.nan, np.nan, np.full(touch_count, np.nan)
+        touches = sum(sensor.startswith('touch:') for sensor in body.sensors)
+        widths = {'final_position_m': 3, 'touch_fraction': touches, 'halfway_position_m': 2,
+                  'reversals': len(body.joints)}
+        return Evaluation(**{field.name: np.full(
+            (widths[field.name],) if field.name in widths else (), np.nan)
+            for field in fields(Evaluation)})
     simulation.reset(start)
-    log = rollout(simulation, body, Network(hidden, motor, time_constants), signal, world.steps)
-    touch = log.touching.mean(axis=0) if touch_count else np.zeros(0)
-    return log.position_m[-1], log.path_length_m, log.largest_step_m, touch
+    return outcome(rollout(simulation, body, Network(hidden, motor, time_constants), signal,
+                           world.steps, period_s=world.control_period_s))

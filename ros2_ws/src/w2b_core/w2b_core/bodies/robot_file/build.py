@@ -25,7 +25,7 @@ from w2b_core.bodies.robot_file.findings import Findings
 from w2b_core.bodies.robot_file.masses import Mass, bounds, link_mass, together
 from w2b_core.bodies.robot_file.names import plain_names
 from w2b_core.bodies.robot_file.posed import Part, Posed, pose
-from w2b_core.bodies.robot_file.settings import Settings, of_pattern
+from w2b_core.bodies.robot_file.settings import FEET, Settings, of_pattern
 from w2b_core.bodies.robot_file.stance import Stance
 from w2b_core.bodies.robot_file.urdf_reader import Mesh, Place, Urdf, UrdfJoint
 from w2b_core.bodies.turning import from_rpy, to_rpy
@@ -70,7 +70,7 @@ def build(urdf: Urdf, settings: Settings, found: Findings) -> tuple[Body, Stance
         description=f'{len(joints)} servos on four legs, from {urdf.name}',
         links=tuple(_link(one, links, scale) for one in made),
         joints=tuple(_joint(one, made, posed, settings, (links, joints), found)
-                     for one in made[1:]),
+                     for one in _leg_by_leg(made, posed, settings)),
         sensors=(), height_m=0.0, length_m=_length(settings, posed, made[0].shapes),
         world=WORLD)
     stance = Stance.of(body, {name: links[posed.parts[posed.owner[foot.link]].links[0]]
@@ -80,6 +80,19 @@ def build(urdf: Urdf, settings: Settings, found: Findings) -> tuple[Body, Stance
     judge.stance(stance, settings, body, found)
     found.stop_at_errors()
     return body, stance
+
+
+def _leg_by_leg(made: list[_Made], posed: Posed, settings: Settings) -> list[_Made]:
+    """
+    Return the moving parts: hips first, in the order of `FEET`, then what hangs on them.
+
+    Limb 0 of every maker's robot is thus its front left leg: recipes count on it.
+    """
+    place: dict[int, tuple[int, int]] = {}
+    for leg, name in enumerate(FEET):
+        for depth, number in enumerate(judge.parts_of_leg(posed, settings.feet[name].link)):
+            place[number] = depth, leg
+    return [made[number] for number in sorted(place, key=lambda number: place[number])]
 
 
 def _masses_and_shapes(urdf: Urdf, posed: Posed, settings: Settings, found: Findings

@@ -8,7 +8,7 @@ from math import radians
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core.bodies.model import Body
+from w2b_core.bodies.model import Body, Vector
 from w2b_core.bodies.points import spheres
 from w2b_core.bodies.robot_file.posed import turned
 from w2b_core.bodies.robot_file.stance import origins_m
@@ -30,12 +30,23 @@ class Motion:
 
     @property
     def words(self) -> str:
-        """How the tip moves, such as `12 mm forward, 5 mm up`."""
-        longest = float(np.linalg.norm(self.way_m))
-        parts = sorted(((abs(float(part)), names[0] if part > 0 else names[1])
-                        for part, names in zip(self.way_m, _WORDS, strict=True)), reverse=True)
-        return ' and '.join(f'{1000 * length:.0f} mm {name}' for length, name in parts
-                            if length >= _SHARE * longest)
+        """How the tip moves, such as `12 mm forward and 5 mm up`."""
+        return in_words(self.way_m)
+
+    @property
+    def way(self) -> Vector:
+        """How the tip moves, as plain numbers, m."""
+        x, y, z = map(float, self.way_m)
+        return x, y, z
+
+
+def in_words(way_m: Array) -> str:
+    """Return a way (3,) in the base's axes in words, its small components left out."""
+    longest = float(np.linalg.norm(way_m))
+    parts = sorted(((abs(float(part)), names[0] if part > 0 else names[1])
+                    for part, names in zip(way_m, _WORDS, strict=True)), reverse=True)
+    return ' and '.join(f'{1000 * length:.0f} mm {name}' for length, name in parts
+                        if length >= _SHARE * longest)
 
 
 def motions(body: Body) -> dict[str, Motion]:

@@ -45,7 +45,7 @@ def legs(posed: Posed, settings: Settings, urdf: Urdf, found: Findings) -> None:
         if foot.link not in posed.owner:
             raise found.refuse(f'feet.{name}', f'{foot.link!r} is no link of the robot',
                                f'the links are {", ".join(list(urdf.links)[:16])}')
-        chains[name] = _chain(posed, foot.link)
+        chains[name] = parts_of_leg(posed, foot.link)
     for name, chain in chains.items():
         if not 2 <= len(chain) <= 3:
             found.error(f'feet.{name}', f'{settings.feet[name].link} hangs on {len(chain)} moving '
@@ -71,7 +71,7 @@ def legs(posed: Posed, settings: Settings, urdf: Urdf, found: Findings) -> None:
     found.stop_at_errors()
 
 
-def _chain(posed: Posed, link: str) -> list[int]:
+def parts_of_leg(posed: Posed, link: str) -> list[int]:
     """Return the parts from the base's child to a link's own."""
     numbers = []
     number = posed.owner[link]

@@ -54,6 +54,11 @@ class Posed:
 
 def pose(urdf: Urdf, settings: Settings, found: Findings) -> Posed:
     """Return the robot as it stands (RobotFileError if a joint cannot be moved, or not so)."""
+    for joint in urdf.joints:
+        if joint.kind not in (*MOVING, 'fixed'):
+            found.error(f'joint {joint.name}', f'is {joint.kind}: only hinges are modelled',
+                        'make it fixed in the URDF')
+    found.stop_at_errors()
     _check_patterns(urdf, settings, found)
     places = {urdf.root: Place(from_rpy((0.0, 0.0, FORWARD[settings.forward] * pi / 2)).round(),
                                np.zeros(3))}
@@ -78,9 +83,6 @@ def pose(urdf: Urdf, settings: Settings, found: Findings) -> Posed:
         else:
             owner[joint.child] = owner[joint.parent]
             members[owner[joint.parent]].append(joint.child)
-            if joint.kind not in (*MOVING, 'fixed'):
-                found.error(f'joint {joint.name}', f'is {joint.kind}: only hinges are modelled',
-                            'make it fixed in the URDF')
     found.stop_at_errors()
     return Posed(places, axes, stand, tuple(
         Part(joint, tuple(links)) for joint, links in zip(moved_by, members, strict=True)), owner)

@@ -29,7 +29,7 @@ DIMENSIONS = 3
 
 
 class View(types.Type):
-    """A C-contiguous array of numbers that somebody else owns. Indices are not checked."""
+    """A C-contiguous array of numbers that the caller owns. Indices are not checked."""
 
     def __init__(self, number: types.Type, dimensions: int) -> None:
         self.number, self.dimensions = number, dimensions

@@ -1,10 +1,11 @@
 """
 Compiling the kernel once and keeping the machine code.
 
-The code is kept in a folder of its own for each version of these sources (numba alone looks at one
-file's date and would miss a change in another), under `W2B_CACHE_DIR`, else the user's cache
-folder. Where neither can be written, as in a read-only home, the kernel is compiled anew in each
-process.
+The code is kept in a folder of its own for each version of these sources, under `W2B_CACHE_DIR`,
+else the user's cache folder. numba alone looks at one file and would miss a change in another; and
+it keeps the code of each copy of a file apart, while here checkouts, wheels and ROS workspaces with
+the same sources share it. Where no folder can be written, as in a read-only home, the kernel is
+compiled anew in each process.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ from typing import Any
 
 import llvmlite.binding
 import numba
-from numba.core import config
+from numba.core import caching, config
 
 from w2b_core import senses
-from w2b_sim.engines.batched import kernel, leaky_kernel
+from w2b_sim.engines.batched import kernel, recording_kernel
 from w2b_sim.engines.batched.layout import Layout
 from w2b_sim.engines.jit import njit
 
@@ -48,11 +49,17 @@ def cache_folder() -> Path | None:
     return folder
 
 
+#: Modules that only call the compiled code: a change of them leaves it as it is.
+FRONTS = frozenset({'__init__', 'compilation', 'complete', 'engine', 'leaky_engine',
+                    'leaky_variations', 'machine', 'serial_recorder', 'standing', 'variations'})
+
+
 def _fingerprint() -> str:
     """Return a hash of all that the machine code follows from, the processor apart (numba's)."""
     digest = hashlib.sha256(numba.__version__.encode())
     for path in sorted(Path(__file__).parent.glob('*.py')):
-        digest.update(path.read_bytes())
+        if path.stem not in FRONTS:
+            digest.update(path.read_bytes())
     digest.update(Path(senses.__file__).read_bytes())
     return digest.hexdigest()[:16]
 
@@ -62,12 +69,17 @@ def compiled_evaluate() -> Any:
     return _compiled_call(kernel.evaluate)
 
 
-def compiled_evaluate_leaky() -> Any:
-    """Return the same of `leaky_kernel.evaluate_leaky`."""
-    return _compiled_call(leaky_kernel.evaluate_leaky)
+def compiled_evaluate_recorded() -> Any:
+    """Return the same of `recording_kernel.evaluate_recorded`."""
+    return _compiled_call(recording_kernel.evaluate_recorded)
 
 
-@lru_cache(maxsize=2)
+def compiled_prime() -> Any:
+    """Return the same of `kernel.prime`."""
+    return _compiled_call(kernel.prime)
+
+
+@lru_cache(maxsize=3)
 def _compiled_call(call: Callable[..., None]) -> Any:
     dispatcher = njit(nogil=True, error_model='numpy')(call)
     folder = cache_folder()
@@ -76,10 +88,26 @@ def _compiled_call(call: Callable[..., None]) -> Any:
         before = settings.CACHE_DIR
         settings.CACHE_DIR = str(folder)
         try:
-            dispatcher.enable_caching()
+            setattr(dispatcher, '_cache', _Cache(call))  # noqa: B010 - as enable_caching does
         finally:
             settings.CACHE_DIR = before
     return dispatcher
+
+
+class _Locator(caching.UserProvidedCacheLocator):
+    """Keeps the code of every copy of the sources in one place, `config.CACHE_DIR` when made."""
+
+    @classmethod
+    def get_suitable_cache_subpath(cls, py_file: str) -> str:
+        return Path(py_file).stem
+
+
+class _CacheImpl(caching.CompileResultCacheImpl):
+    _locator_classes = [_Locator]
+
+
+class _Cache(caching.FunctionCache):
+    _impl_class = _CacheImpl
 
 
 def lanes_for(bits: int) -> int:
@@ -122,9 +150,6 @@ _compiled: set[Layout] = set()
 
 
 def _name(layout: Layout) -> str:
-    """Return a file name for a layout, on this processor, with the sources as numba knows them."""
-    processor = llvmlite.binding.get_host_cpu_name()
-    # numba keeps the code of each copy of the sources apart, and makes it anew for a newer file.
-    source = Path(kernel.__file__).resolve()
-    known = f'{processor} {layout} {source} {source.stat().st_mtime} {source.stat().st_size}'
+    """Return a file name for a layout, on this processor."""
+    known = f'{llvmlite.binding.get_host_cpu_name()} {layout}'
     return hashlib.sha256(known.encode()).hexdigest()[:16]

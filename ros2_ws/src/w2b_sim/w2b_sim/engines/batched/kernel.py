@@ -87,16 +87,9 @@ class Log(NamedTuple):
     """
     Outputs. `outcome` (E, 8 + touches): final x, y, z, path length, longest step, touch fractions,
     then x, y half-way in time and the farthest x-y distance from the start.
-
-    The others are filled if `steps` > 0: base positions (E, T, 3), hinge angles (E, T, J) and touch
-    sensors (E, T, touches) at every frame.
     """
 
     outcome: NDArray[Any]
-    steps: int
-    place: NDArray[Any]
-    angle: NDArray[Any]
-    touch: NDArray[Any]
 
 
 def evaluate(layout, double_layout, arrays, clock, inputs, outputs, first_block, last_block):
@@ -117,6 +110,15 @@ def evaluate(layout, double_layout, arrays, clock, inputs, outputs, first_block,
                     first // starts, (last - 1) // starts + 1)
     for block in range(first_block, last_block):
         _run_block(layout, tables, clock, batch, log, block * layout.lanes, count, starts)
+
+
+def prime(layout, hidden_weights, signals, primed):
+    """
+    Prime C controllers with their W words, as `evaluate` does: see `neurons.prime_range`.
+
+    `layout` is one in double precision, `primed` (C, W, H) the result.
+    """
+    prime_range(layout, hidden_weights, signals, primed, 0, primed.shape[0] * primed.shape[1])
 
 
 @inlined
@@ -151,16 +153,16 @@ def _run_block(layout, tables, clock, batch, log, first, count, starts):
             set_lane(parameters, i, lane, batch.parameters[evaluation, i])
     rest(layout, tables, state, frame, start)
     outcome = local1(layout, layout.outcomes)
-    _walk(layout, tables, clock, batch, log, first, count, weights, motor_weights, parameters,
-          state, frame, outcome)
+    _walk(layout, tables, clock, batch, first, weights, motor_weights, parameters, state, frame,
+          outcome)
     for lane in range(min(layout.lanes, count - first)):
         for i in range(layout.outcomes):
             log.outcome[first + lane, i] = get_lane(outcome, i, lane)
 
 
 @inlined
-def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weights, parameters,
-          state, frame, outcome):
+def _walk(layout, tables, clock, batch, first, weights, motor_weights, parameters, state, frame,
+          outcome):
     """Let one block of robots walk for all control periods; fill `outcome`."""
     joints = layout.joints
     motion, composite = local2(layout, layout.links, 6), local2(layout, layout.links, COMPOSITE)
@@ -200,7 +202,7 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
                     half = 0.5 * (tables.upper[j] - tables.lower[j])
                     state.target[j] = middle + state.motors[j] * half
                 if batch.noisy:
-                    _shake(layout, batch.seeds, first, t, parameters, shake, shove)
+                    shake_and_push(layout, batch.seeds, first, t, parameters, shake, shove)
             for j in range(joints):
                 _servo(layout, tables, clock, state, frame, parameters, shake, j)
             drives(layout, tables, state, frame, parameters[ERP_PER_H])
@@ -208,8 +210,6 @@ def _walk(layout, tables, clock, batch, log, first, count, weights, motor_weight
             if substep == 0:
                 _sense(layout, tables, batch.noisy, batch.seeds, first, t, parameters, state,
                        touch, felt, senses, outcome)
-                if log.steps > 0:
-                    _record(layout, log, first, count, t, state, touch)
                 update(layout, tables, weights, motor_weights, state.hidden, new, state.motors,
                        senses, t == 0)
                 if t == clock.steps - 1:
@@ -245,7 +245,7 @@ def _servo(layout, tables, clock, state, frame, parameters, shake, j):
 
 
 @inlined
-def _shake(layout, seeds, first, t, parameters, shake, shove):
+def shake_and_push(layout, seeds, first, t, parameters, shake, shove):
     """Draw this period's motor noise and push."""
     for j in range(layout.joints):
         draw = noise(layout, seeds, first, t * STREAMS + MOTOR_STREAM + j)
@@ -275,15 +275,3 @@ def _sense(layout, tables, noisy, seeds, first, t, parameters, state, touch, fel
             senses[sensor] = state.angle[source]
         else:
             senses[sensor] = state.motors[source]
-
-
-@inlined
-def _record(layout, log, first, count, t, state, touch):
-    """Write one frame of every lane into the logs."""
-    for lane in range(min(layout.lanes, count - first)):
-        for i in range(3):
-            log.place[first + lane, t, i] = get_lane(state.place, i, lane)
-        for j in range(layout.joints):
-            log.angle[first + lane, t, j] = get_lane(state.angle, j, lane)
-        for i in range(layout.touches):
-            log.touch[first + lane, t, i] = get_lane(touch, i, lane)

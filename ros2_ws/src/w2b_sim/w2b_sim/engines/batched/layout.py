@@ -41,7 +41,9 @@ class Layout:
     coulomb
         1 for the contact solve with Coulomb's bound, 0 for the original's unbounded viscous one.
     leaky
-        1 for commanded leaky networks (`leaky_kernel`), 0 for the original's primed ones.
+        1 for commanded leaky networks, 0 for the original's primed ones.
+    records
+        1 for the call that records every frame (`recording_kernel`), 0 for `kernel`.
 
     """
 
@@ -56,6 +58,7 @@ class Layout:
     chain: int
     coulomb: int
     leaky: int = 0
+    records: int = 0
 
     @property
     def joints(self) -> int:
@@ -80,12 +83,12 @@ class Layout:
     @property
     def motor_synapses(self) -> int:
         """Synapses onto motor neurons."""
-        return self.joints * self.hidden
+        return self.joints * self.motor_inputs
 
     @property
     def motor_inputs(self) -> int:
-        """Synapses onto motor neurons of a leaky network, from hidden neurons and sensors."""
-        return self.joints * self.inputs
+        """Sources that a motor neuron hears: a leaky network's hear the sensors, too."""
+        return self.inputs if self.leaky else self.hidden
 
     @property
     def unknowns(self) -> int:

@@ -9,14 +9,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from w2b_core.behaviours import DEFAULT_BEHAVIOURS, holds
 from w2b_core.bodies.model import Body
-from w2b_core.courses import DEFAULT_BEHAVIOURS, holds
 from w2b_core.network.leaky import BLOCKS, LeakyNetwork
-from w2b_sim.engines.batched.compilation import compiled_evaluate_leaky
+from w2b_sim.engines.batched import kernel
 from w2b_sim.engines.batched.contacts import TOUCH_GAP_M
-from w2b_sim.engines.batched.leaky_kernel import LeakyBatch, LeakyLog
 from w2b_sim.engines.batched.leaky_variations import LeakyVariations
 from w2b_sim.engines.batched.machine import Machine, columns, lane_seeds
+from w2b_sim.engines.batched.recording_kernel import RecordedBatch
 from w2b_sim.engines.interface import Start
 from w2b_sim.recording import Recording
 from w2b_sim.worlds import World
@@ -55,7 +55,7 @@ class LeakyEngine(Machine):
         options.setdefault('precision', 'single')
         super().__init__(replace(body, sensors=tuple(senses), hidden_neurons=hidden), world,
                          **options)
-        self.layout = replace(self.layout, leaky=1)
+        self.layout = replace(self.layout, leaky=1, records=1)
         self.behaviours = tuple(behaviours)
 
     def record(self, network: LeakyNetwork, commands: ArrayLike, seconds: Sequence[float],
@@ -90,23 +90,19 @@ class LeakyEngine(Machine):
         shape = (said.shape[0], said.shape[1], situations)
         phase = self._phases(seconds)
         batch = self._batch(network, said, phase, starts, variations or LeakyVariations(), shape)
-        count, layout = int(np.prod(shape)), self.layout
-        joints = layout.joints
-        widths = (3, 4, 1, joints, joints, layout.touches, joints, joints)
-        log = LeakyLog(*(np.zeros((count, len(phase), width), dtype=self._dtype)
-                         for width in widths))
-        clock = self._clock._replace(steps=len(phase))
-        evaluate = compiled_evaluate_leaky()
+        return self._recorded(batch, shape)
 
-        def run(first: int, last: int) -> None:
-            evaluate(layout, self._tables, clock, batch, log, first, last)
-        self._share(run, -(-count // layout.lanes))
-        if not (dynamic := self._tables.dynamic >= 0).all():
-            log.effort[..., ~dynamic] = np.nan
-        place, turn, rate, angle, target, touch, effort, limited = (
-            array.reshape(*shape, *array.shape[1:]) for array in log)
-        return Recording(self.world.control_period_s, place, turn, rate[..., 0], angle, target,
-                         touch, effort, limited)
+    def _stand(self, clock: kernel.Clock) -> Array:
+        layout = self.layout
+        sizes = {'H': layout.hidden, 'S': layout.sensors, 'M': layout.joints,
+                 'K': len(self.behaviours)}
+        still = LeakyNetwork(**{block.name: np.full(
+            (1, *(sizes[axis] for axis in block.shape)), max(0.0, block.low)) for block in BLOCKS})
+        batch = self._batch(still, np.zeros((1, 1, 1, sizes['K'])),
+                            np.zeros(clock.steps, dtype=np.int64), [Start()], LeakyVariations(),
+                            (1, 1, 1))
+        place: Array = self._recorded(batch, (1, 1, 1), clock).position_m[0, 0, 0, -1]
+        return place
 
     def _commands(self, network: LeakyNetwork, commands: ArrayLike, phases: int) -> Array:
         """Return (C, W, P, behaviours) (ValueError if it or the network does not fit)."""
@@ -127,17 +123,9 @@ class LeakyEngine(Machine):
             raise ValueError('commands: expected finite numbers')
         return said
 
-    def _phases(self, seconds: Sequence[float]) -> NDArray[np.int64]:
-        """Return the phase of each frame; a last frame sees what the last phase did."""
-        frames = [round(length / self.world.control_period_s) for length in seconds]
-        if min(frames, default=0) < 1:
-            raise ValueError(f'seconds: expected phases of at least '
-                             f'{self.world.control_period_s} s, got {list(seconds)}')
-        return np.repeat(np.arange(len(frames)), [*frames[:-1], frames[-1] + 1])
-
     def _batch(self, network: LeakyNetwork, said: Array, phase: NDArray[np.int64],
                starts: Sequence[Start], variations: LeakyVariations, shape: tuple[int, int, int]
-               ) -> LeakyBatch:
+               ) -> RecordedBatch:
         drives = LeakyNetwork(**{block.name: getattr(network, block.name)[:, None, None]
                                  for block in BLOCKS}).drive(said)
         given = variations.arrays(shape, self.world, TOUCH_GAP_M)
@@ -153,14 +141,14 @@ class LeakyEngine(Machine):
                       np.cos(offset), given['gyro_bias_rad_s'] * period,
                       given['gyro_noise_rad_s'] * period, given['gyro_bias_rad_s'],
                       given['gyro_noise_rad_s'], given['gravity_noise']]
-        return LeakyBatch(
+        return RecordedBatch(
             hidden_weights=_together(network.hidden, network.senses),
             hidden_leak=np.ascontiguousarray(network.hidden_leak),
             rest=np.ascontiguousarray(network.rest),
             motor_weights=_together(network.motor, network.motor_senses),
             motor_leak=np.ascontiguousarray(network.motor_leak),
-            hidden_drive=np.ascontiguousarray(drives.hidden).reshape(-1, layout.hidden),
-            motor_drive=np.ascontiguousarray(drives.motors).reshape(-1, layout.joints),
+            heard_hidden=np.ascontiguousarray(drives.hidden).reshape(-1, layout.hidden),
+            heard_motor=np.ascontiguousarray(drives.motors).reshape(-1, layout.joints),
             holds=np.ascontiguousarray(holds(self.behaviours, said)).reshape(-1, 2),
             phase=phase, phases=said.shape[2],
             start=columns(self._starts(starts, given), shape),

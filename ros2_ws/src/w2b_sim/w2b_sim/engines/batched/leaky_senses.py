@@ -53,11 +53,12 @@ def _ahead(frame):
 
 @inlined
 def sense(layout, tables, noisy, seeds, first, t, parameters, state, frame, touch, felt, holds,
-          reference, senses):
+          reference, turning, senses):
     """
     Turn depths into touch (1 or 0), with the sensors' faults, and gather the senses.
 
-    The heading is the gyro's, which drifts: the reference turns by as much the other way.
+    The heading is the gyro's, which drifts: the reference turns by as much the other way. `turning`
+    is the mean rate about the base's z axis since the last frame.
     """
     _touch(layout, noisy, seeds, first, t, parameters, touch, felt)
     x, y = _ahead(frame)
@@ -75,7 +76,7 @@ def sense(layout, tables, noisy, seeds, first, t, parameters, state, frame, touc
         elif kind == MOTOR:
             senses[sensor] = state.motors[source]
         elif kind == YAW_RATE:
-            rate = yaw_rate(state, frame) + parameters[RATE_BIAS] + gyro * parameters[RATE_NOISE]
+            rate = turning + parameters[RATE_BIAS] + gyro * parameters[RATE_NOISE]
             senses[sensor] = vmin(vmax(rate * (1.0 / FULL_YAW_RATE_RAD_S), -1.0), 1.0)
         elif kind == GRAVITY:
             down = -frame.rotation[0, 6 + source]
@@ -108,7 +109,17 @@ def _touch(layout, noisy, seeds, first, t, parameters, touch, felt):
 
 
 @inlined
-def yaw_rate(state, frame):
-    """Return the base's rate of turn about its own z axis."""
-    return fma(state.spin[0, 0], frame.rotation[0, 2],
-               fma(state.spin[0, 1], frame.rotation[0, 5], state.spin[0, 2] * frame.rotation[0, 8]))
+def yaw_rate(layout, frame, axes, t, period_s):
+    """
+    Return the mean rate about the base's z axis since the last frame; 0 in the first one.
+
+    `axes` (6) are the base's x and y axes of that frame, and become those of this one. The sine of
+    the angle stands for the angle.
+    """
+    turned = splat(layout, 0.0)
+    for i in range(3):
+        x, y = frame.rotation[0, 3 * i], frame.rotation[0, 3 * i + 1]
+        if t > 0:
+            turned = turned + axes[3 + i] * x - axes[i] * y
+        axes[i], axes[3 + i] = x, y
+    return turned * (0.5 / period_s)

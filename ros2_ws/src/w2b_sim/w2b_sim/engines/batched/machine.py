@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -12,16 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from w2b_core.bodies.model import Body
-from w2b_sim.engines.batched import kernel
-from w2b_sim.engines.batched.compilation import announced, lanes_for
+from w2b_sim.engines.batched import kernel, standing
+from w2b_sim.engines.batched.compilation import (
+    announced,
+    compiled_evaluate_recorded,
+    lanes_for,
+)
 from w2b_sim.engines.batched.contacts import CONTACT_GAP_M
 from w2b_sim.engines.batched.layout import Layout
+from w2b_sim.engines.batched.recording_kernel import FrameLog, RecordedBatch
 from w2b_sim.engines.batched.supported import UnsupportedBodyError
 from w2b_sim.engines.batched.tables import CompiledBody, compile_body
 from w2b_sim.engines.interface import Start
+from w2b_sim.recording import Recording
 from w2b_sim.worlds import World
 
 Array = NDArray[np.float64]
+logger = logging.getLogger(__name__)
 
 BITS = {'single': 32, 'float32': 32, 'double': 64, 'float64': 64}
 #: Sweeps of the viscous solve's two stages: in double precision until they change nothing, in
@@ -64,11 +72,12 @@ class Machine:
         In a control period instead of the world's: fewer for speed. docs/engine.md has what that
         costs the physical twin in truth.
     sweeps
-        Of the solve's stages; None for the precision's own.
+        Of the solve's stages; None for the precision's own, or as many more as the body needs to
+        stand still in a world with dry friction (see `standing`).
     lanes
         None for what suits the processor.
     say
-        Is told, once, that code is being compiled; None for this module's logger.
+        Called with one line when code is compiled; None for this module's logger.
 
     Raises
     ------
@@ -110,11 +119,12 @@ class Machine:
         if lanes is None:
             lanes = lanes_for(bits) * (DYNAMIC_COULOMB_REGISTERS if slow else 1)
         self.layout = _layout(compiled, bits, lanes, coulomb)
+        self._choose = sweeps is None and slow and world.friction is not None
         if sweeps is None:
             sweeps = ((0, DYNAMIC_COULOMB_SWEEPS[bits] if slow else COULOMB_SWEEPS) if coulomb
                       else VISCOUS_SWEEPS[bits])
-        #: Of the contact solve's two stages.
-        self.sweeps = sweeps
+        #: Of the contact solve's two stages, where the body needs no more to stand still.
+        self.usual_sweeps = sweeps
         h = world.physics_step_s
         speculative = world.friction is not None
         self._clock = kernel.Clock(
@@ -122,15 +132,85 @@ class Machine:
             min(SPECULATIVE_GAP_M, FASTEST_FALL_M_S * h) if speculative else CONTACT_GAP_M,
             1 / h if speculative else 0.0)
 
-    def _share(self, run: Callable[[int, int], None], blocks: int) -> None:
-        """Call `run` for ranges of blocks, in threads."""
+    @property
+    def sweeps(self) -> tuple[int, int]:
+        """Sweeps of the contact solve's two stages."""
+        self._settle()
+        return self._clock.first_sweeps, self._clock.second_sweeps
+
+    def standing_creep_m(self, sweeps: int) -> float:
+        """
+        Return how far the base moves in `standing.STAND_S`, with so many sweeps, m.
+
+        The body stands from its start with every servo at the middle of its joint; the first
+        `standing.SETTLE_S` do not count.
+        """
+        begin, end = (self._stand(self._clock._replace(
+            second_sweeps=sweeps, steps=1 + round(seconds / self.world.control_period_s)))
+            for seconds in (standing.SETTLE_S, standing.SETTLE_S + standing.STAND_S))
+        return float(np.linalg.norm(end - begin))
+
+    def _stand(self, clock: kernel.Clock) -> Array:
+        """Return where the base (3,) is after `clock.steps` frames without any motor command."""
+        raise NotImplementedError
+
+    def _settle(self) -> None:
+        """Choose the sweeps that the body stands with, before the first evaluation."""
+        if not self._choose:
+            return
+        self._choose = False
+        usual = self._clock.second_sweeps
+        key = (self.body.links, self.body.joints, self.body.height_m, self.world,
+               self.layout.bits, self._tables.dynamic.tobytes())
+        sweeps, creep = standing.enough_sweeps(key, usual, self.standing_creep_m)
+        if sweeps != usual:
+            self._clock = self._clock._replace(second_sweeps=sweeps)
+            (self._say or logger.info)(
+                f'{self.body.name}: {sweeps} sweeps of the contact solve, not {usual}, so that it '
+                f'stands still (it creeps {1e3 * creep:.2f} mm in {standing.STAND_S:g} s); '
+                f'`python -m training standing` tells what that costs')
+
+    def _share(self, run: Callable[[int, int], None], blocks: int, layout: Layout) -> None:
+        """Call `run`, which is compiled for `layout`, for ranges of blocks, in threads."""
         shares = 1 if self.threads == 1 else min(self.threads * SHARES_PER_THREAD, blocks)
         edges = np.linspace(0, blocks, shares + 1).astype(int)
-        with announced(self.layout, self._say):
+        with announced(layout, self._say):
             if len(edges) == 2:
                 run(0, blocks)
             else:
                 list(_pool(self.threads).map(run, edges[:-1].tolist(), edges[1:].tolist()))
+
+    def _phases(self, seconds: Sequence[float]) -> NDArray[np.int64]:
+        """Return the phase (T,) of each frame; a last one sees what the last phase did."""
+        frames = [round(length / self.world.control_period_s) for length in seconds]
+        if min(frames, default=0) < 1:
+            raise ValueError(f'seconds: expected phases of at least '
+                             f'{self.world.control_period_s} s, got {list(seconds)}')
+        return np.repeat(np.arange(len(frames)), [*frames[:-1], frames[-1] + 1])
+
+    def _recorded(self, batch: RecordedBatch, shape: tuple[int, int, int],
+                  clock: kernel.Clock | None = None) -> Recording:
+        """
+        Run a batch of evaluations (C, W, K) and return their recordings (C, W, K, T, ...).
+
+        `clock` is the machine's, of as many steps as there are frames, if it is not given.
+        """
+        count, layout, frames = len(batch.start), replace(self.layout, records=1), len(batch.phase)
+        if clock is None:
+            self._settle()
+            clock = self._clock._replace(steps=frames)
+        joints = layout.joints
+        log = FrameLog(*(np.zeros((count, frames, width), dtype=self._dtype) for width in (
+            3, 4, 1, joints, joints, layout.touches, joints, joints)))
+        evaluate = compiled_evaluate_recorded()
+
+        def run(first: int, last: int) -> None:
+            evaluate(layout, self._tables, clock, batch, log, first, last)
+        self._share(run, -(-count // layout.lanes), layout)
+        place, turn, rate, angle, target, touch, effort, limited = (
+            array.reshape(*shape, *array.shape[1:]) for array in log)
+        return Recording(self.world.control_period_s, place, turn, rate[..., 0], angle, target,
+                         touch, effort, limited)
 
     def _starts(self, starts: Sequence[Start], given: dict[str, Array]) -> list[Array]:
         """Return height and quaternion w, x, y, z: turned by roll, then pitch, then yaw."""

@@ -11,6 +11,8 @@ PARAMETERS = 11
 (SPEED, TORQUE, LATE, OFFSET_SIN, OFFSET_COS, DRIFT, DRIFT_NOISE, RATE_BIAS, RATE_NOISE,
  GRAVITY_NOISE) = range(PARAMETERS, PARAMETERS + 10)
 LEAKY_PARAMETERS = PARAMETERS + 10
+#: Their values where nothing deviates.
+NOMINAL_LEAKY = (1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 #: Random numbers per control period: the joints', two of the push, the touch sensors' and the
 #: IMU's: gyro, then gravity's three.

@@ -47,8 +47,8 @@ class Variations:
     motor_noise_rad_s
         Added to each servo's velocity each control period, uniform within plus and minus this.
     seed
-        Of an evaluation's random numbers, an integer: the same seed meets the same luck, whatever
-        the batch around it.
+        Of an evaluation's random numbers, an integer: the same seed gives the same numbers in any
+        batch.
 
     """
 

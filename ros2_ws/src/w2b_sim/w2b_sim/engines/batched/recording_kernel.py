@@ -1,11 +1,12 @@
 """
-The compiled call for commanded leaky networks: the physics of `kernel`, another mind.
+The compiled call that records every frame: the physics of `kernel`, either network.
 
 Each evaluation is one controller under one sequence of commands in one situation, in one lane.
-Commands change at given frames (*phases*): what a command makes of the network is its drive, one
-number a neuron, so that a new command costs nothing while none comes. Within a control period the
-order is the original's: collide, read the senses, set the servos' targets from the motor neurons
-as they were, update the network, step the world.
+Commands change at given frames (*phases*). `Layout.leaky` says, to the compiler, what a command
+does: it drives a leaky network with one number a neuron until the next command, or it sets a serial
+network's hidden neurons to what its words primed them to, and its motor neurons to 0. Within a
+control period the order is the original's: collide, read the senses, set the servos' targets from
+the motor neurons as they were, update the network, step the world.
 """
 
 from __future__ import annotations
@@ -17,13 +18,15 @@ from numpy.typing import NDArray
 from w2b_sim.engines.batched.algebra import inlined
 from w2b_sim.engines.batched.borrowed import borrow, integers
 from w2b_sim.engines.batched.contacts import find
+from w2b_sim.engines.batched.effort import add_effort, keep_motion
 from w2b_sim.engines.batched.friction import solve_contacts
 from w2b_sim.engines.batched.inertia import COMPOSITE, compose
 from w2b_sim.engines.batched.integration import integrate
+from w2b_sim.engines.batched.kernel import shake_and_push
 from w2b_sim.engines.batched.kinematics import drives, hinge_angles, rotations
 from w2b_sim.engines.batched.leaky_senses import NEVER, sense, set_reference, yaw_rate
-from w2b_sim.engines.batched.memory import allocate, get_lane, local1, local2, noise, set_lane
-from w2b_sim.engines.batched.neurons import update_leaky
+from w2b_sim.engines.batched.memory import allocate, get_lane, local1, local2, set_lane
+from w2b_sim.engines.batched.neurons import update, update_leaky
 from w2b_sim.engines.batched.parameters import (
     BASE_MASS,
     ERP_PER_H,
@@ -32,29 +35,26 @@ from w2b_sim.engines.batched.parameters import (
     GRAVITY,
     LATE,
     LEAKY_PARAMETERS,
-    MOTOR_NOISE,
-    MOTOR_STREAM,
-    PUSH,
-    PUSH_STREAM,
     SLIP,
     SPEED,
-    STREAMS,
     TORQUE,
 )
 from w2b_sim.engines.batched.rigid import Contacts
 from w2b_sim.engines.batched.rows import Solve
-from w2b_sim.engines.batched.simd import splat, vabs, vmax, vmin, where
+from w2b_sim.engines.batched.simd import splat, vmax, vmin, where
 from w2b_sim.engines.batched.state import Frame, State, rest
 
 
-class LeakyBatch(NamedTuple):
+class RecordedBatch(NamedTuple):
     """
     Inputs of E = C * W * K evaluations, in the order of controllers, sequences, situations.
 
     `hidden_weights` (C, H, H + S): synapses from the hidden neurons, then from the senses;
-    `hidden_leak`, `rest` (C, H); `motor_weights` (C, J, H + S), `motor_leak` (C, J).
-    `hidden_drive` (C * W * P, H), `motor_drive` (C * W * P, J) and `holds` (C * W * P, 2), see
-    `w2b_core.courses.holds`, of each of P phases; `phase` (T,) is the phase of each frame.
+    `motor_weights` (C, J, H + S), of serial networks (C, J, H). Of leaky networks `hidden_leak`,
+    `rest` (C, H) and `motor_leak` (C, J); of serial ones they are not read.
+    `heard_hidden` (C * W * P, H) is the drive, or what the hidden neurons are primed to, of each of
+    P phases; `heard_motor` (C * W * P, J) the motors' drive, not read of serial networks; `holds`
+    (C * W * P, 2), see `w2b_core.courses.holds`; `phase` (T,) is the phase of each frame.
     `start` (E, 5): height, quaternion w, x, y, z; `parameters` (E, LEAKY_PARAMETERS); `zeros`
     (E, J): errors of the joints' zeros, rad; `seeds` (E, padded to whole blocks of lanes) uint32;
     `noisy` whether a parameter asks for random numbers.
@@ -65,8 +65,8 @@ class LeakyBatch(NamedTuple):
     rest: NDArray[Any]
     motor_weights: NDArray[Any]
     motor_leak: NDArray[Any]
-    hidden_drive: NDArray[Any]
-    motor_drive: NDArray[Any]
+    heard_hidden: NDArray[Any]
+    heard_motor: NDArray[Any]
     holds: NDArray[Any]
     phase: NDArray[Any]
     phases: int
@@ -77,15 +77,15 @@ class LeakyBatch(NamedTuple):
     noisy: bool
 
 
-class LeakyLog(NamedTuple):
+class FrameLog(NamedTuple):
     """
     Outputs at each of T frames of each evaluation.
 
     `place` (E, T, 3) and `turn` (E, T, 4) (w, x, y, z) of the base, `yaw_rate` (E, T, 1) about its
-    z axis, `angle` and `target` (E, T, J), rad, `touch` (E, T, touches). Of the period that ends
-    with the frame: `effort` (E, T, J) is the mean magnitude of the torque, N m, of the joints that
-    may saturate, `limited` (E, T, J) the share of it for which the servo asked for more than its
-    speed.
+    z axis, the mean since the last frame, `angle` and `target` (E, T, J), rad, `touch`
+    (E, T, touches). Of the period that ends with the frame: `effort` (E, T, J) is the mean
+    magnitude of the torque, N m, `limited` (E, T, J) the share of it for which the servo asked for
+    more than its speed.
     """
 
     place: NDArray[Any]
@@ -98,12 +98,12 @@ class LeakyLog(NamedTuple):
     limited: NDArray[Any]
 
 
-def evaluate_leaky(layout, arrays, clock, inputs, outputs, first_block, last_block):
+def evaluate_recorded(layout, arrays, clock, inputs, outputs, first_block, last_block):
     """
     Run the evaluations of the blocks `first_block` to `last_block` - 1 of `layout.lanes` lanes.
 
-    `arrays` are a body's Tables, `clock` a `kernel.Clock`, `inputs` a LeakyBatch, `outputs` a
-    LeakyLog. Blocks are independent, so that threads can share a batch.
+    `arrays` are a body's Tables, `clock` a `kernel.Clock`, `inputs` a RecordedBatch, `outputs` a
+    FrameLog. Blocks are independent, so that threads can share a batch.
     """
     tables, batch, log = borrow(arrays), borrow(inputs), borrow(outputs)
     for block in range(first_block, last_block):
@@ -115,9 +115,10 @@ def _run_block(layout, tables, clock, batch, log, first):
     """Run the evaluations `first`...; lanes beyond the batch repeat the last one, unrecorded."""
     joints, inputs = layout.joints, layout.inputs
     count = batch.start.shape[0]
-    each = count // batch.rest.shape[0]
+    each = count // batch.hidden_weights.shape[0]
     hidden_weights = local1(layout, layout.hidden_synapses)
-    motor_weights = local1(layout, layout.motor_inputs)
+    motor_weights = local1(layout, layout.motor_synapses)
+    motor_inputs = layout.motor_inputs
     hidden_leak, motor_leak = local1(layout, layout.hidden), local1(layout, joints)
     start, parameters = local1(layout, 5), local1(layout, LEAKY_PARAMETERS)
     zeros = local1(layout, joints)
@@ -129,13 +130,15 @@ def _run_block(layout, tables, clock, batch, log, first):
             for source in range(inputs):
                 set_lane(hidden_weights, i * inputs + source, lane,
                          batch.hidden_weights[controller, i, source])
-            set_lane(hidden_leak, i, lane, batch.hidden_leak[controller, i])
-            set_lane(state.hidden, i, lane, batch.rest[controller, i])
+            if layout.leaky:
+                set_lane(hidden_leak, i, lane, batch.hidden_leak[controller, i])
+                set_lane(state.hidden, i, lane, batch.rest[controller, i])
         for j in range(joints):
-            for source in range(inputs):
-                set_lane(motor_weights, j * inputs + source, lane,
+            for source in range(motor_inputs):
+                set_lane(motor_weights, j * motor_inputs + source, lane,
                          batch.motor_weights[controller, j, source])
-            set_lane(motor_leak, j, lane, batch.motor_leak[controller, j])
+            if layout.leaky:
+                set_lane(motor_leak, j, lane, batch.motor_leak[controller, j])
             set_lane(zeros, j, lane, batch.zeros[evaluation, j])
         for i in range(5):
             set_lane(start, i, lane, batch.start[evaluation, i])
@@ -153,11 +156,12 @@ def _walk(layout, tables, clock, batch, log, first, hidden_weights, motor_weight
     """Let one block of robots walk for all control periods."""
     joints = layout.joints
     motion, composite = local2(layout, layout.links, 6), local2(layout, layout.links, COMPOSITE)
+    earlier, wrench = local2(layout, layout.links, 6), local2(layout, layout.links, 6)
     contacts, solve = allocate(layout, Contacts), allocate(layout, Solve)
     touch, felt = local1(layout, layout.touches), local1(layout, layout.touches)
     senses, new = local1(layout, layout.sensors), local1(layout, layout.hidden)
     hidden_drive, motor_drive = local1(layout, layout.hidden), local1(layout, joints)
-    holds, reference = local1(layout, 2), local1(layout, 2)
+    holds, reference, axes = local1(layout, 2), local1(layout, 2), local1(layout, 6)
     shove, shake = local1(layout, 2), local1(layout, joints)
     effort, limited, before = (local1(layout, joints), local1(layout, joints),
                                local1(layout, joints))
@@ -170,7 +174,7 @@ def _walk(layout, tables, clock, batch, log, first, hidden_weights, motor_weight
     for j in range(joints):
         shake[j], effort[j], limited[j], before[j] = zero, zero, zero, zero
     shove[0], shove[1] = zero, zero
-    phase = NEVER
+    phase, primed = NEVER, False
     for t in range(clock.steps):
         for substep in range(clock.physics_steps):
             rotations(layout, state, frame)
@@ -178,11 +182,12 @@ def _walk(layout, tables, clock, batch, log, first, hidden_weights, motor_weight
             if substep == 0:
                 if batch.phase[t] != phase:
                     phase = batch.phase[t]
-                    _hear(layout, batch, first, phase, hidden_drive, motor_drive, holds)
+                    _hear(layout, batch, first, phase, hidden_drive, motor_drive, holds, state)
+                    primed = True
                     set_reference(frame, parameters, reference)
                 _aim(layout, tables, parameters, zeros, state, before)
                 if batch.noisy:
-                    _shake(layout, batch.seeds, first, t, parameters, shake, shove)
+                    shake_and_push(layout, batch.seeds, first, t, parameters, shake, shove)
                 _record_period(layout, log, first, batch.start.shape[0], t, clock, effort,
                                limited)
             for j in range(joints):
@@ -190,36 +195,47 @@ def _walk(layout, tables, clock, batch, log, first, hidden_weights, motor_weight
             drives(layout, tables, state, frame, parameters[ERP_PER_H])
             found = find(layout, tables, state, frame, touch, near, held, clock.reach)
             if substep == 0:
+                turning = yaw_rate(layout, frame, axes, t, clock.h * clock.physics_steps)
                 sense(layout, tables, batch.noisy, batch.seeds, first, t, parameters, state, frame,
-                      touch, felt, holds, reference, senses)
-                _record(layout, log, first, batch.start.shape[0], t, state, frame, touch)
-                update_leaky(layout, hidden_weights, motor_weights, hidden_drive, motor_drive,
-                             hidden_leak, motor_leak, state.hidden, new, state.motors, senses)
+                      touch, felt, holds, reference, turning, senses)
+                _record(layout, log, first, batch.start.shape[0], t, state, turning, touch)
+                if layout.leaky:
+                    update_leaky(layout, hidden_weights, motor_weights, hidden_drive, motor_drive,
+                                 hidden_leak, motor_leak, state.hidden, new, state.motors, senses)
+                else:
+                    update(layout, tables, hidden_weights, motor_weights, state.hidden, new,
+                           state.motors, senses, primed)
+                primed = False
                 if t == clock.steps - 1:
                     break
             compose(layout, tables, state, frame, composite, parameters[BASE_MASS],
                     (shove[0], shove[1], parameters[GRAVITY]), clock.h)
             solve_contacts(layout, tables, state, frame, composite, contacts, solve, near, found,
                            clock, parameters[ERP_PER_H], parameters[SLIP], parameters[FRICTION])
+            keep_motion(layout, state, earlier)
             integrate(layout, tables, state, frame, motion, solve.y, clock.h)
-            for d in range(layout.dynamic):
-                j = tables.dynamic_link[d] - 1
-                # What a stop bears beyond that is not the motor's.
-                effort[j] = effort[j] + vmin(vabs(state.motor[d]), solve.limit[d])
+            add_effort(layout, tables, state, frame, solve, earlier, wrench, near, found,
+                       (shove[0], shove[1], parameters[GRAVITY]), parameters[SLIP], clock.h, effort)
             shove[0], shove[1] = zero, zero
 
 
 @inlined
-def _hear(layout, batch, first, phase, hidden_drive, motor_drive, holds):
+def _hear(layout, batch, first, phase, hidden_drive, motor_drive, holds, state):
     """Load what the command of a phase makes of the network."""
     count = batch.start.shape[0]
-    situations = count // (batch.hidden_drive.shape[0] // batch.phases)
+    situations = count // (batch.heard_hidden.shape[0] // batch.phases)
     for lane in range(layout.lanes):
         said = min(first + lane, count - 1) // situations * batch.phases + phase
         for i in range(layout.hidden):
-            set_lane(hidden_drive, i, lane, batch.hidden_drive[said, i])
+            if layout.leaky:
+                set_lane(hidden_drive, i, lane, batch.heard_hidden[said, i])
+            else:
+                set_lane(state.hidden, i, lane, batch.heard_hidden[said, i])
         for j in range(layout.joints):
-            set_lane(motor_drive, j, lane, batch.motor_drive[said, j])
+            if layout.leaky:
+                set_lane(motor_drive, j, lane, batch.heard_motor[said, j])
+            else:
+                set_lane(state.motors, j, lane, 0.0)
         set_lane(holds, 0, lane, batch.holds[said, 0])
         set_lane(holds, 1, lane, batch.holds[said, 1])
 
@@ -255,16 +271,6 @@ def _servo(layout, tables, clock, state, frame, parameters, shake, limited, j):
 
 
 @inlined
-def _shake(layout, seeds, first, t, parameters, shake, shove):
-    """Draw this period's motor noise and push."""
-    for j in range(layout.joints):
-        draw = noise(layout, seeds, first, t * STREAMS + MOTOR_STREAM + j)
-        shake[j] = draw * parameters[MOTOR_NOISE]
-    for i in range(2):
-        shove[i] = noise(layout, seeds, first, t * STREAMS + PUSH_STREAM + i) * parameters[PUSH]
-
-
-@inlined
 def _record_period(layout, log, first, count, t, clock, effort, limited):
     """Write what was summed up in the period that ends, and start anew."""
     for lane in range(min(layout.lanes, count - first)):
@@ -277,10 +283,10 @@ def _record_period(layout, log, first, count, t, clock, effort, limited):
 
 
 @inlined
-def _record(layout, log, first, count, t, state, frame, touch):
+def _record(layout, log, first, count, t, state, turning, touch):
     """Write one frame of every lane into the logs."""
     rate = local1(layout, 1)
-    rate[0] = yaw_rate(state, frame)
+    rate[0] = turning
     for lane in range(min(layout.lanes, count - first)):
         evaluation = first + lane
         for i in range(3):

@@ -1,0 +1,1 @@
+"""The page: see the robot in a browser, say words to it, stop it."""
