@@ -119,24 +119,6 @@ def test_what_is_held_while_the_brain_begins_moves_nothing(clock):
             driver.take(velocity(0.2))
 
 
-@pytest.mark.parametrize(('age_s', 'said'), [(1.1, 'published 1.1 s ago'),
-                                             (-5.0, 'set the clocks of both machines')])
-def test_what_comes_late_moves_nothing(driver, age_s, said):
-    with pytest.raises(TwistRefusedError, match=said):
-        driver.take(velocity(0.2), age_s)
-    assert not driver.driving
-
-
-def test_a_late_zero_stops_but_lets_nothing_go_on(driver):
-    driver.take(velocity(0.2))
-    assert driver.take(velocity(), age_s=3.0) == 'stop'
-    driver.block('the body is FAULT')
-    with pytest.raises(TwistRefusedError):
-        driver.take(velocity(), age_s=3.0)
-    with pytest.raises(TwistRefusedError, match='let go first'):
-        driver.take(velocity(0.2))
-
-
 def test_a_behaviour_that_the_controller_lacks_is_refused(clock):
     words = words_of(controller_file.load(controller_file.shipped('quadruped')))
     assert words == {'stop': 'stop', 'forward': 'forward', 'backward': 'backward'}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 from geometry_msgs.msg import Twist
@@ -63,16 +62,13 @@ class TwistInput:
         """Return how it is."""
         return self.driver.status(self._node.count_publishers(self._topic))
 
-    def _on_twist(self, message: Twist, info: dict[str, int]) -> None:
+    def _on_twist(self, message: Twist) -> None:
         linear, angular = message.linear, message.angular
         velocity = Velocity((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z))
-        # A Twist has no stamp of its own: when the middleware sent it.
-        sent_ns = info.get('source_timestamp', 0)
-        age_s = (time.time_ns() - sent_ns) / 1e9 if sent_ns else 0.0
         self.check()
         moved = self.driver.driving
         try:
-            word = self.driver.take(velocity, age_s)
+            word = self.driver.take(velocity)
         except TwistRefusedError as error:
             if moved:
                 self._stand(f'Twist refused: {error}')

@@ -124,9 +124,9 @@ class TwistDriver:
         """Whether a velocity moves the robot."""
         return self._behaviour not in ('', STOP)
 
-    def take(self, velocity: Velocity, age_s: float = 0.0) -> str:
+    def take(self, velocity: Velocity) -> str:
         """
-        Take a velocity that was published `age_s` seconds ago; return the word to hear now.
+        Take a velocity that has come; return the word to hear now.
 
         It is empty while the same behaviour goes on.
 
@@ -141,7 +141,6 @@ class TwistDriver:
         self._came_at_s = now_s
         try:
             behaviour = behaviour_of(velocity, self._full, self._behaviour)
-            self._check_age(behaviour, age_s)
             if self._blocked and (behaviour == STOP or quiet_s > self._timeout_s):
                 self._blocked = ''
             if self._blocked:
@@ -159,16 +158,6 @@ class TwistDriver:
             return ''
         self._behaviour = behaviour
         return self._words.get(behaviour, '')
-
-    def _check_age(self, behaviour: str, age_s: float) -> None:
-        """Refuse what is late; a late zero may stop the robot, but lets nothing go on."""
-        if abs(age_s) <= self._timeout_s or (behaviour == STOP and not self._blocked):
-            return
-        raise TwistRefusedError(
-            f'expected a Twist of the last {self._timeout_s:g} s, got one that was published '
-            f'{age_s:.1f} s ago' if age_s > 0 else
-            f'expected a Twist of the past, got one that is published in {-age_s:.1f} s: set the '
-            'clocks of both machines')
 
     def expired(self) -> str:
         """Return, once, why the robot has to stand: velocities ended without a zero; else ''."""
