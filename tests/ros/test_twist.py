@@ -55,6 +55,9 @@ def walking_twin(system, stick, **parameters):
     system.wait_for_brain()
     system.wait_for_status('brain: frames', 0, 'sensor frames flow')
     system.wait(lambda: stick.heard, 'a brain that listens to the stick')
+    # In the middle first: what is held while a robot starts moves nothing.
+    stick.hold()
+    system.wait_for_status('brain: cmd_vel', 0, 'Twists come: nothing')
     return brain
 
 
