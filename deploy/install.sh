@@ -41,14 +41,15 @@ echo i2c-dev | sudo tee /etc/modules-load.d/w2b-i2c.conf >/dev/null
 [ -x "$root/.venv/bin/python" ] || python3 -m venv --system-site-packages "$root/.venv"
 touch "$root/.venv/COLCON_IGNORE"
 "$root/.venv/bin/pip" install -q \
-    -r "$root/requirements/controller.txt" -r "$root/requirements/hw.txt"
+    -r "$root/requirements/controller.txt" -r "$root/requirements/hw.txt" \
+    -r "$root/requirements/web.txt"
 
 set +u
 . /opt/ros/jazzy/setup.bash
 set -u
 # The venv's Python runs colcon, so that it becomes the interpreter of the installed scripts.
 (cd "$root/ros2_ws" && "$root/.venv/bin/python" -m colcon build \
-    --packages-select w2b_core w2b_ros w2b_controller w2b_hw)
+    --packages-select w2b_core w2b_ros w2b_controller w2b_hw w2b_web)
 
 filled=$(mktemp -d)
 units "$filled"

@@ -156,13 +156,13 @@ from w2b_core.controller import file
 from w2b_core.vocabulary import Vocabulary
 from pathlib import Path
 from w2b_core.mind import mind_of
-mind = mind_of(file.load(file.shipped('quadruped')))
+mind = mind_of(file.load(file.shipped('quadruped_serial')))
 print(json.dumps({
     'from': w2b_core.__file__, 'version': w2b_core.__version__,
     'ros': importlib.util.find_spec('rclpy') is not None,
     'numba': importlib.util.find_spec('numba') is not None,
     'joints': len(mind.motors), 'follows': mind.follows,
-    'body': file.load(file.shipped('quadruped')).body,
+    'body': file.load(file.shipped('quadruped_serial')).body,
     'words': len(Vocabulary.load().words),
     'configs': sorted(p.name for p in Path(training.__file__).parent.glob('configs/*.yaml'))}))
 """

@@ -18,6 +18,8 @@ from dataclasses import replace
 from w2b_core.behaviours import BEHAVIOURS, Behaviour
 from w2b_core.bodies import BODIES
 from w2b_core.bodies.minimal import minimal
+from training.evolution.afpo import Afpo
+from training.evolution.optimisers import OPTIMISERS, Kind
 from w2b_core.senses import SENSES, Sense
 from w2b_sim.engines.registry import ENGINES, Engine
 
@@ -34,6 +36,21 @@ BEHAVIOURS.add('aside', Behaviour(
 SENSES.add('bottom_up', Sense(
     'bottom_up', 'imu/data', 'orientation', '', -1.0, 1.0, '', 'whether it lies on its back',
     lambda source, readings, reference: readings.gravity[2]))
+
+
+class Drawn(Afpo):
+    '''Random search: every genome is drawn anew, the best are kept.'''
+
+    def __init__(self, *args, newcomers, **options):
+        super().__init__(*args, newcomers=newcomers, **options, mutation=(
+            lambda rng, genomes, layout: newcomers(rng, len(genomes), layout)))
+
+
+def drawn(layout, rng, *, capacity, mutation, newcomers):
+    return Drawn(layout, rng, capacity=capacity, newcomers=newcomers)
+
+
+OPTIMISERS.add('drawn', Kind('random search', drawn))
 ENGINES.add('twice', Engine(
     'twice', 'PyBullet by another name', 'w2b_sim.engines.pybullet_engine:PyBulletSimulation',
     'w2b_sim.engines.evaluators:pybullet', 'pybullet', 'pybullet'))
@@ -75,6 +92,18 @@ def test_a_body_and_a_behaviour_of_a_users_own_are_evolved(tmp_path, plugin, way
     assert aside['score'] == pytest.approx(aside['final_position_m'][0][1])
 
 
+def test_an_optimiser_of_a_users_own_evolves(tmp_path, plugin):
+    done = evolve(tmp_path, '--plugin', str(plugin), '--optimiser', 'drawn')
+    assert done.returncode == 0, done.stderr
+    summary = json.loads((tmp_path / 'run' / 'summary.json').read_text())
+    assert summary['config']['optimiser'] == 'drawn'
+    assert summary['evaluations'] > 0
+    refused = evolve(tmp_path / 'other', '--optimiser', 'drawn', words=SMALL[:2])
+    assert refused.returncode == 2
+    assert "invalid choice: 'drawn' (choose from" in refused.stderr
+    assert not (tmp_path / 'other').exists()
+
+
 def test_what_was_evolved_is_judged_in_the_engine_of_a_users_own(tmp_path, plugin):
     assert evolve(tmp_path, '--plugin', str(plugin)).returncode == 0
     judged = run('training', 'judge', str(tmp_path / 'run' / 'champion.json'), '--plugin',
@@ -108,6 +137,8 @@ BAD = {
     'a name twice': (PLUGIN + "\nBODIES.add('quadruped', small)\n",
                      "body 'quadruped': expected a new name"),
     'no name': (PLUGIN + "\nBODIES.add('my body', small)\n", "got 'my body'"),
+    'no optimiser': (PLUGIN.replace('return Drawn(layout, rng, ', 'return dict('),
+                     "optimiser 'drawn': expected an object with generation"),
     'not modelled': (PLUGIN.replace("own')", "own', sensors=('smell:x',))"),
                      'small_walker: the batched engine does not model'),
 }
@@ -120,7 +151,8 @@ def test_a_bad_plugin_is_one_line_and_nothing_is_written(tmp_path, what):
     if text is not None:
         path.write_text(text)
     words = tuple(part for part in SMALL if part not in ('--engine', 'twice'))
-    done = evolve(tmp_path, '--plugin', str(path), words=words)
+    asked = ('--optimiser', 'drawn') if what == 'no optimiser' else ()
+    done = evolve(tmp_path, '--plugin', str(path), *asked, words=words)
     assert done.returncode == 2
     lines = done.stderr.strip().splitlines()
     assert len(lines) == 1, done.stderr

@@ -9,22 +9,43 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
-from typing import Annotated, Any, get_args
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_args
 
 import yaml
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+)
+
+from w2b_core import bodies
 
 #: No count of anything is larger; without a bound a slip of the finger hangs.
 MOST = 1_000_000
 
-#: Unknown fields are refused; what is checked stays as it is.
+#: Unknown fields are refused.
 STRICT = ConfigDict(extra='forbid')
+Settings = TypeVar('Settings')
 
 Count = Annotated[int, Field(ge=1, le=100_000)]
 Positive = Annotated[float, Field(gt=0, lt=1e6)]
 NotNegative = Annotated[float, Field(ge=0, lt=1e6)]
 Share = Annotated[float, Field(ge=0, le=1)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
+
+
+def _body(name: str) -> str:
+    bodies.check(name)
+    return name
+
+
+#: A registered body, or a file that describes one.
+BodyName = Annotated[str, AfterValidator(_body)]
 
 
 class ConfigError(ValueError):
@@ -65,26 +86,94 @@ def read_yaml(content: str) -> object:
         raise ConfigError(f'not valid YAML: {error}') from None
 
 
-def whole(least: int = 1) -> Any:
-    """Return the type of whole numbers from `least` to `MOST`."""
+def read_recipe(path: Path) -> dict[str, Any]:
+    """Return the fields of a YAML file (ConfigError, with its name, if it has none)."""
+    try:
+        content = read_yaml(path.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f'{path}: not a readable recipe ({error})') from None
+    except ConfigError as error:
+        raise ConfigError(f'{path}: {error}') from None
+    if not isinstance(content, dict):
+        raise ConfigError(f'{path}: expected a mapping of fields, got {content!r}')
+    return content
+
+
+def one_line(top: str) -> Callable[[type[Settings]], type[Settings]]:
+    """
+    Return a decorator of a pydantic dataclass: what is wrong is a `ConfigError` of one line.
+
+    `top` is what the whole is called in messages.
+    """
+    def decorate(cls: type[Settings]) -> type[Settings]:
+        made: Any = cls
+        validated = made.__init__
+
+        @wraps(validated)
+        def init(self: object, *args: Any, **fields: Any) -> None:
+            try:
+                validated(self, *args, **fields)
+            except ValidationError as error:
+                raise ConfigError(explain(error, cls, top)) from None
+
+        made.__init__ = init
+        return cls
+    return decorate
+
+
+def whole(least: int = 1, most: int = MOST) -> BeforeValidator:
+    """Return the check of an integer from `least` to `most`, or of None where that is allowed."""
     def check(value: object) -> object:
+        if value is None:
+            return value
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise ValueError(f'expected a whole number of at least {least}, got {value!r}')
-        if value > MOST:
-            raise ValueError(f'expected a whole number of at most {MOST:,}, got {value:,}')
+            raise ValueError(f'expected an integer >= {least}, got {value!r}')
+        if value > most:
+            raise ValueError(f'expected an integer <= {most:,}, got {value:,}')
         return value
-    return Annotated[int, BeforeValidator(check)]
+    return BeforeValidator(check)
 
 
-def one_of(choices: Callable[[], Sequence[str]]) -> Any:
-    """Return the type of texts that are one of `choices()`, which is asked at each check."""
+def one_of(choices: Callable[[], Sequence[str]]) -> BeforeValidator:
+    """Return the check of a text that is one of `choices()`, which is asked at each check."""
     def check(value: object) -> object:
         known = tuple(choices())
         if value not in known:
-            raise ValueError(f'expected one of {", ".join(known)}; got {value!r}'
+            raise ValueError(f'expected one of {", ".join(known)}, got {value!r}'
                              f'{near(str(value), known)}')
         return value
-    return Annotated[str, BeforeValidator(check)]
+    return BeforeValidator(check)
+
+
+def some_of(choices: Callable[[], Sequence[str]]) -> BeforeValidator:
+    """Return the check of a list of different `choices()`, at least one."""
+    one = one_of(choices)
+
+    def check(value: object) -> object:
+        if not isinstance(value, list | tuple) or not value:
+            raise ValueError(f'expected a list of {", ".join(choices())}, got {value!r}')
+        for item in value:
+            one.func(item)  # type: ignore[call-arg]
+        if len(set(value)) < len(value):
+            raise ValueError(f'expected each name once, got {", ".join(value)}')
+        return value
+    return BeforeValidator(check)
+
+
+def _text(value: object) -> object:
+    if not isinstance(value, str) or not value:
+        raise ValueError(f'expected text, got {value!r}')
+    return value
+
+
+def _truth(value: object) -> object:
+    if not isinstance(value, bool):
+        raise ValueError(f'expected true or false, got {value!r}')
+    return value
+
+
+Text = Annotated[str, BeforeValidator(_text)]
+Truth = Annotated[bool, BeforeValidator(_truth)]
 
 
 def near(value: str, choices: Sequence[str]) -> str:
@@ -123,10 +212,12 @@ def explain(error: ValidationError, model: Any, top: str) -> str:
     if kind == 'union_tag_invalid':
         found = first['ctx']
         return (f'{field}.{found["discriminator"].strip(chr(39))}: expected one of '
-                f'{found["expected_tags"]}; got {found["tag"]!r}')
+                f'{found["expected_tags"]}, got {found["tag"]!r}')
     if kind == 'too_short':
         return (f'{field}: expected at least {first["ctx"]["min_length"]}, got '
                 f'{first["ctx"]["actual_length"]}')
+    if kind in ('dataclass_type', 'model_type', 'model_attributes_type', 'dict_type'):
+        return f'{field}: expected a mapping of fields to values, got {first["input"]!r}'
     expected = first['msg'].removeprefix('Input should be ')
     if expected.startswith(('greater', 'less')):
         expected = f'a number {expected}'

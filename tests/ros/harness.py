@@ -37,7 +37,7 @@ PACKAGES = {'sim': 'w2b_sim', 'description': 'w2b_description', 'hardware': 'w2b
             'emulator': 'w2b_hw', 'relax': 'w2b_hw', 'preflight': 'w2b_hw', 'calibrate': 'w2b_hw',
             'page': 'w2b_web', 'play': 'w2b_web'}
 #: Executable -> a parameter and its value, where a test does not say otherwise.
-PRIMED = {'sim': ('body', 'quadruped'), 'brain': ('controller', 'quadruped')}
+PRIMED = {'sim': ('body', 'quadruped'), 'brain': ('controller', 'quadruped_serial')}
 EVERYTHING = QoSProfile(depth=5000)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

@@ -15,7 +15,7 @@ from w2b_sim.rollout import rollout
 from w2b_sim.worlds import WORLDS
 
 STEPS = 500
-CONTROLLER = controller_file.load(controller_file.resolve('quadruped'))
+CONTROLLER = controller_file.load(controller_file.resolve('quadruped_serial'))
 BODY = bodies.get(CONTROLLER.body)
 JOINTS = [joint.name for joint in BODY.joints]
 FEET = [sensor.removeprefix('touch:') for sensor in BODY.sensors]

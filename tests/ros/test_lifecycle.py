@@ -132,7 +132,7 @@ def test_a_damaged_controller_refuses_to_configure_and_a_good_one_then_does(syst
     assert not system.transition('configure')
     assert system.brain_state() == 'unconfigured'
     assert 'UTF-8' in brain.log
-    damaged.write_bytes(controller_file.shipped('quadruped').read_bytes())
+    damaged.write_bytes(controller_file.shipped('quadruped_serial').read_bytes())
     assert system.transition('configure')
 
 

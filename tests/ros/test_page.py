@@ -65,7 +65,7 @@ def test_a_word_moves_the_robot_and_the_page_shows_it(system, served):
     start = page.at_m()
     # Two words that it heard, one that it never heard, one refused, one that is none.
     page.say('march')
-    page.see('#answer', '“march”: following', 'forward', 'never heard in training', 'nearest:',
+    page.see('#answer', '“march”: following forward', 'never heard in training', 'nearest:',
              'the body follows it')
     page.until(lambda: math.dist(page.at_m()[:2], start[:2]) > 0.15, 'the robot walking')
     page.say('banana')
@@ -93,3 +93,44 @@ def test_a_word_moves_the_robot_and_the_page_shows_it(system, served):
     page.see('#body-state', 'paused')
     assert not page.errors
     assert not page.foreign, 'no request leaves the machine'
+
+
+def test_on_a_phone_in_the_dark_by_keyboard_and_with_labels(system, served):
+    serve, opened = served
+    start_robot(system)
+    _node, address = serve()
+    page = opened(address, 390, 844, color_scheme='dark')
+    page.see('#pills', 'page', 'brain', 'body')
+    page.at_m()
+    assert page.ask('document.documentElement.dataset.theme') == 'dark'
+    assert page.ask('document.documentElement.scrollWidth') == 390, 'nothing is cut off'
+    box = page.page.locator('#stop').bounding_box()
+    assert box['y'] + box['height'] <= 844, 'STOP is in sight'
+    assert min(box['width'], box['height']) >= 44, 'and large enough for a thumb'
+    unnamed = page.ask("""[...document.querySelectorAll('button, input, select, [role=img], meter')]
+        .filter(node => node.checkVisibility() && !node.ariaLabel && !node.innerText.trim()
+            && !node.labels?.length && !node.getAttribute('aria-labelledby'))
+        .map(node => node.outerHTML)""")
+    assert not unnamed, 'a screen reader has a name for everything'
+    # Without a pointer: suggestions, a word, and one said earlier.
+    page.page.keyboard.press('/')
+    page.page.keyboard.type('forwar')
+    page.see('#suggestions', 'forward')
+    page.page.keyboard.press('ArrowDown')
+    assert page.ask("document.querySelector('[aria-selected=true]').id") == page.ask(
+        "document.activeElement.getAttribute('aria-activedescendant')")
+    page.page.keyboard.press('Enter')
+    page.see('#answer', 'following')
+    page.page.keyboard.press('ArrowUp')
+    assert page.ask("document.getElementById('word').value").startswith('forwar')
+    # A second page sees what the first one said; a reset clears the path.
+    other = opened(address)
+    other.see('#said', 'forwar')
+    page.page.locator('[data-do=reset]').click(timeout=60_000)
+    page.see('#note', 'reset')
+    page.shot('page_390')
+    page.page.locator('#stop').click(timeout=60_000)
+    other.see('#body-state', 'paused')
+    for one in (page, other):
+        assert not one.errors
+        assert not one.foreign

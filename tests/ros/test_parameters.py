@@ -85,12 +85,14 @@ def test_a_timeout_of_words_applies_to_the_word_that_is_followed(walking):
 
 def test_the_same_value_again_is_no_change_and_a_fixed_one_says_when_it_can_be_set(walking):
     assert put(walking, 'brain', 'joint_states_topic', 'joint_states')[0]
-    assert put(walking, 'brain', 'controller', 'quadruped')[0]
-    for node, name, value in (('brain', 'autostart', False), ('sim', 'body', 'minimal'),
-                              ('sim', 'real_time_factor', 2.0)):
+    assert put(walking, 'brain', 'controller', 'quadruped_serial')[0]
+    for node, name, value in (('brain', 'autostart', False), ('sim', 'body', 'minimal')):
         taken, reason = put(walking, node, name, value)
         assert not taken
         assert f'{name}: read-only while the node runs: start it again with --ros-args -p' in reason
+    taken, reason = put(walking, 'sim', 'real_time_factor', 2.0)
+    assert not taken
+    assert 'lockstep (0) and paced (above 0) cannot take turns: start the node again' in reason
     described = walking.call(DescribeParameters, 'brain/describe_parameters',
                              DescribeParameters.Request(names=['controller'])).descriptors[0]
     assert 'in the state unconfigured' in described.additional_constraints
@@ -113,7 +115,8 @@ def test_a_start_that_is_no_number_is_refused_while_the_sim_runs(walking):
     ('brain', {'command_timeout': '.nan'}, 'command_timeout'),
     ('brain', {'controller': 'physical_twin', 'hearing_priority': 'forward, stop'},
      'expected stop and then'),
-    ('brain', {'controller': 'quadruped', 'hearing_strictness': 1.0}, 'controller with an ear'),
+    ('brain', {'controller': 'quadruped_serial', 'hearing_strictness': 1.0},
+     'controller with an ear'),
     ('brain', {'body_status_topic': '""'}, 'body_status_topic: expected the name of a topic'),
     ('hardware', {'imu_frame_id': '"/imu"', 'transport': 'emulated'}, 'imu_frame_id: expected')])
 def test_what_makes_no_sense_at_the_start_ends_a_node_with_one_line(system, executable, parameters,

@@ -14,12 +14,12 @@ MAY_IMPORT: dict[str, set[str]] = {
     'legs': {'evolution'},
     'robust': {'evolution'},
     'pipeline': {'evolution', 'robust'},
-    'measure': {'evolution', 'pipeline', 'study'},
+    'measure': {'evolution', 'judge', 'pipeline', 'study'},
     'study': {'evolution'},
     'report': {'evolution', 'study'},
 }
 #: Modules of `training` itself that every package may import.
-BELOW_ALL = {'configuration'}
+BELOW_ALL = {'carried_body', 'configuration'}
 
 
 def imports(path: Path) -> Iterator[str]:

@@ -23,7 +23,7 @@ class Bench:
     def __init__(self, command_timeout_s=0.0):
         self.now_s = 100.0
         self.number = 0
-        controller = controller_file.load(controller_file.shipped('quadruped'))
+        controller = controller_file.load(controller_file.shipped('quadruped_serial'))
         self._joints = {motor.joint: 0.0 for motor in controller.motors}
         self._feet = [s.removeprefix('touch:') for s in controller.sensors
                       if s.startswith('touch:')]

@@ -33,7 +33,7 @@ class HandClock:
 
 @pytest.fixture(scope='module')
 def controller():
-    return controller_file.load(controller_file.shipped('quadruped'))
+    return controller_file.load(controller_file.shipped('quadruped_serial'))
 
 
 @pytest.fixture(scope='module')
@@ -287,9 +287,9 @@ def test_text_is_shown_on_one_line_and_cut(text, shown):
 
 
 JOINTS = [motor.joint for motor in
-          controller_file.load(controller_file.shipped('quadruped')).motors]
+          controller_file.load(controller_file.shipped('quadruped_serial')).motors]
 FEET = [sensor.removeprefix('touch:') for sensor in
-        controller_file.load(controller_file.shipped('quadruped')).sensors]
+        controller_file.load(controller_file.shipped('quadruped_serial')).sensors]
 STAMPS = st.one_of(st.integers(-2**33, 2**63 - 1), st.integers(1, 40).map(PERIOD_NS.__mul__))
 NUMBERS = st.one_of(st.floats(), st.sampled_from([0.0, 1.0]))
 EVENTS = st.one_of(
@@ -309,7 +309,7 @@ EVENTS = st.one_of(
 @given(st.lists(EVENTS, max_size=40))
 def test_no_sequence_of_inputs_raises_or_gives_targets_outside_the_limits(events):
     clock = HandClock()
-    controller = controller_file.load(controller_file.shipped('quadruped'))
+    controller = controller_file.load(controller_file.shipped('quadruped_serial'))
     brain = Brain(controller, Vocabulary.load(), frame_timeout_s=TIMEOUT_S, clock=clock)
     lower = [motor.lower_rad for motor in controller.motors]
     upper = [motor.upper_rad for motor in controller.motors]

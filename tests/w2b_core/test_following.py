@@ -22,7 +22,7 @@ class Bench:
 
     def __init__(self, status=SIM):
         self.now_s, self.number, self.status = 100.0, 0, status
-        controller = controller_file.load(controller_file.shipped('quadruped'))
+        controller = controller_file.load(controller_file.shipped('quadruped_serial'))
         self.joints = {motor.joint: 0.0 for motor in controller.motors}
         self.feet = [sensor.removeprefix('touch:') for sensor in controller.sensors]
         self.brain = Brain(controller, Vocabulary.load(), frame_timeout_s=0.5,

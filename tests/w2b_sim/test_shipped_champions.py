@@ -23,7 +23,7 @@ def slightly_different_starts(count):
 
 
 QUADRUPEDS = [name for name in controller_file.shipped_names()
-              if name.startswith('quadruped') and not name.endswith('_legs')]
+              if name.startswith('quadruped_')]
 
 
 @pytest.mark.parametrize('name', QUADRUPEDS)

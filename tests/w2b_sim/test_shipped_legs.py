@@ -84,7 +84,7 @@ def test_a_base_whose_mass_lies_beside_the_middle_is_still_symmetric_and_walks(o
 
 
 def quadruped_walk(behaviour, feels=True):
-    controller = controller_file.load(controller_file.shipped('quadruped_legs'))
+    controller = controller_file.load(controller_file.shipped('quadruped'))
     if not feels:
         network = controller.network
         touch = [number for number, sense in enumerate(controller.sensors)

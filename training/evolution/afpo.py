@@ -9,55 +9,14 @@ set) remain. Ask for genomes, score them, tell the scores.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from training.evolution.operators import Array, Layout, mutate, random_genomes
-
-Mutation = Callable[[np.random.Generator, Array, Layout], Array]
-Newcomers = Callable[[np.random.Generator, int, Layout], Array]
-
-
-@dataclass(frozen=True)
-class Population:
-    """
-    N individuals.
-
-    Attributes
-    ----------
-    genomes: shape (N, G)
-    ages: shape (N,)
-        Generations since the individual's oldest ancestor was drawn at random.
-    fitness: shape (N,)
-        NaN until it is told.
-    numbers: shape (N,)
-        Serial numbers: the smaller, the older.
-    parents: shape (N,)
-        The number of the individual that this one is a mutated copy of; -1 if it is none's.
-
-    """
-
-    genomes: Array
-    ages: NDArray[np.int64]
-    fitness: Array
-    numbers: NDArray[np.int64]
-    parents: NDArray[np.int64]
-
-    def __len__(self) -> int:
-        return len(self.ages)
-
-    def take(self, indices: NDArray[np.int64]) -> Population:
-        """Return the individuals at `indices`."""
-        return Population(*(getattr(self, field.name)[indices] for field in fields(self)))
-
-    @property
-    def best(self) -> int:
-        """Index of the fittest individual; of equals, the one with the smallest number."""
-        order = np.lexsort((self.numbers, -np.nan_to_num(self.fitness, nan=-np.inf)))
-        return int(order[0])
+from training.evolution.optimisers import Mutation, Newcomers
+from training.evolution.population import Population, born, checked, joined
 
 
 def dominance(ages: ArrayLike, fitness: ArrayLike, numbers: ArrayLike) -> NDArray[np.bool_]:
@@ -155,16 +114,13 @@ class Afpo:
         children = self._born(self.mutation(rng, old.genomes[parents], self.layout),
                               old.ages[parents] + 1, old.numbers[parents])
         aged = replace(old, ages=old.ages + 1)
-        self.population = _join(aged, newcomer, children)
+        self.population = joined(aged, newcomer, children)
         return self.population.genomes[np.isnan(self.population.fitness)]
 
     def tell(self, fitness: ArrayLike) -> None:
         """End the generation: `fitness` (N,) of the genomes that `ask` returned, in that order."""
         fitness = np.asarray(fitness, dtype=np.float64)
-        new = np.isnan(self.population.fitness)
-        if fitness.shape != (int(new.sum()),) or np.isnan(fitness).any():
-            raise ValueError(f'fitness: expected ({int(new.sum())},) numbers, got {fitness.shape} '
-                             f'with {int(np.isnan(fitness).sum())} NaN')
+        new = checked(self.population, fitness)
         scored = self.population.fitness.copy()
         scored[new] = fitness
         everyone = replace(self.population, fitness=scored)
@@ -175,29 +131,16 @@ class Afpo:
 
     def arrays(self) -> dict[str, NDArray[np.generic]]:
         """Return the state, but for the generator, as named arrays."""
-        state: dict[str, NDArray[np.generic]] = {
-            field.name: getattr(self.population, field.name) for field in fields(Population)}
-        state['counters'] = np.array([self.generation, self.next_number], dtype=np.int64)
-        return state
+        return {**self.population.arrays(),
+                'counters': np.array([self.generation, self.next_number], dtype=np.int64)}
 
     def restore(self, arrays: dict[str, NDArray[np.generic]]) -> None:
         """Take up the state that `arrays` returned (ValueError if it is of another layout)."""
-        population = Population(*(np.array(arrays[field.name]) for field in fields(Population)))
-        size = self.layout.size
-        if population.genomes.ndim != 2 or population.genomes.shape[1] != size:
-            raise ValueError(f'genomes: expected (N, {size}), got {population.genomes.shape}')
-        self.population = population
+        self.population = Population.restored(arrays, self.layout)
         self.generation, self.next_number = (int(value) for value in arrays['counters'])
 
     def _born(self, genomes: Array, ages: NDArray[np.int64],
               parents: NDArray[np.int64] | None = None) -> Population:
-        count = len(genomes)
-        numbers = np.arange(self.next_number, self.next_number + count)
-        self.next_number += count
-        return Population(genomes, ages, np.full(count, np.nan), numbers,
-                          np.full(count, -1) if parents is None else parents)
-
-
-def _join(*parts: Population) -> Population:
-    return Population(*(np.concatenate([getattr(part, field.name) for part in parts])
-                        for field in fields(Population)))
+        individuals = born(genomes, ages, self.next_number, parents)
+        self.next_number += len(genomes)
+        return individuals

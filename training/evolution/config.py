@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, fields, replace
-from typing import Any
+from dataclasses import asdict, replace
+from typing import Annotated, Any
 
+from pydantic.dataclasses import dataclass
+
+from training.configuration import STRICT, BodyName, ConfigError, Text, one_line, one_of, whole
 from training.evolution.engines import ENGINES, PRECISIONS
 from training.evolution.objectives import AGGREGATES, OBJECTIVES
+from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.evolution.treatments import TREATMENTS, Words
 from w2b_core import bodies
 from w2b_core.behaviours import BEHAVIOURS
@@ -30,7 +34,8 @@ def check_each_once(words: Iterable[str], spelt: Callable[[str], str] = folded) 
         seen[one] = word
 
 
-@dataclass(frozen=True)
+@one_line('run configuration')
+@dataclass(frozen=True, config=STRICT)
 class RunConfig:
     """
     The configuration of one evolutionary run.
@@ -49,6 +54,8 @@ class RunConfig:
         Length of the run and AFPO's capacity (paper: 6,000 and 50).
     treatment
         A name of `treatments.TREATMENTS`.
+    optimiser
+        A name of `optimisers.OPTIMISERS`.
     objective, aggregate
         Names of `objectives.OBJECTIVES` and `objectives.AGGREGATES`.
     starts
@@ -63,47 +70,33 @@ class RunConfig:
 
     """
 
-    body: str
-    seed: int
+    body: BodyName
+    seed: Annotated[int, whole(0, 2**63)]
     words: Words
     held_out: Words = ()
-    generations: int = 6000
-    population: int = 50
-    treatment: str = 'experimental'
-    objective: str = 'program'
-    aggregate: str = 'sum'
-    starts: int = 1
-    engine: str = 'batched'
-    precision: str = 'float32'
+    generations: Annotated[int, whole(1, 2**63)] = 6000
+    population: Annotated[int, whole(2)] = 50
+    treatment: Annotated[str, one_of(lambda: TREATMENTS)] = 'experimental'
+    optimiser: Annotated[str, one_of(OPTIMISERS.names)] = PAPER
+    objective: Annotated[str, one_of(lambda: tuple(OBJECTIVES))] = 'program'
+    aggregate: Annotated[str, one_of(lambda: AGGREGATES)] = 'sum'
+    starts: Annotated[int, whole()] = 1
+    engine: Annotated[str, one_of(lambda: ENGINES)] = 'batched'
+    precision: Annotated[str, one_of(lambda: PRECISIONS)] = 'float32'
     world: str = ''
-    vocabulary: str = 'default'
+    vocabulary: Text = 'default'
 
     def __post_init__(self) -> None:
-        """Check every field (ValueError, naming it, with what was expected and what came)."""
-        known: dict[str, tuple[str, ...]] = {
-            'treatment': TREATMENTS, 'objective': tuple(OBJECTIVES),
-            'aggregate': AGGREGATES, 'engine': ENGINES, 'precision': PRECISIONS}
-        for name, choices in known.items():
-            if getattr(self, name) not in choices:
-                raise ValueError(f'{name}: expected one of {", ".join(choices)}, '
-                                 f'got {getattr(self, name)!r}')
-        body = bodies.check(self.body)
+        """Check what hangs together (ValueError: what was expected and what came)."""
         if self.world == '':
-            object.__setattr__(self, 'world', body.world)
+            object.__setattr__(self, 'world', bodies.get(self.body).world)
         if self.world not in WORLDS:
             raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {self.world!r}')
-        least = {'seed': 0, 'generations': 1, 'population': 2, 'starts': 1}
-        for name, smallest in least.items():
-            value = getattr(self, name)
-            if not isinstance(value, int) or isinstance(value, bool) or value < smallest:
-                raise ValueError(f'{name}: expected an integer >= {smallest}, got {value!r}')
         self._check_words()
 
     def _check_words(self) -> None:
         for name in ('words', 'held_out'):
-            pairs = tuple((str(word), str(behaviour)) for word, behaviour in getattr(self, name))
-            object.__setattr__(self, name, pairs)
-            for word, behaviour in pairs:
+            for word, behaviour in getattr(self, name):
                 if behaviour not in BEHAVIOURS:
                     raise ValueError(f'{name}: expected {word!r} to ask for one of '
                                      f'{", ".join(BEHAVIOURS)}, got {behaviour!r}')
@@ -133,8 +126,10 @@ class RunConfig:
         return replace(self, words=spell(self.words), held_out=spell(self.held_out))
 
     def to_json(self) -> dict[str, Any]:
-        """Return the configuration as a JSON object."""
+        """Return the configuration as a JSON object; the paper's optimiser goes without saying."""
         value = asdict(self)
+        if self.optimiser == PAPER:  # as in all runs from before there was another
+            del value['optimiser']
         value['words'] = [list(pair) for pair in self.words]
         value['held_out'] = [list(pair) for pair in self.held_out]
         return value
@@ -142,11 +137,7 @@ class RunConfig:
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> RunConfig:
         """Return the configuration that `to_json` gave (ValueError if it is none)."""
-        names = {field.name for field in fields(cls)}
-        unknown = sorted(set(value) - names)
-        if unknown:
-            raise ValueError(f'run configuration: unknown field {unknown[0]!r}')
         try:
             return cls(**value)
         except TypeError as error:
-            raise ValueError(f'run configuration: {error}') from None
+            raise ConfigError(f'run configuration: {error}') from None

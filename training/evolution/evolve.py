@@ -19,6 +19,7 @@ from typing import Any
 from training.evolution.config import RunConfig
 from training.evolution.engines import ENGINES, PRECISIONS
 from training.evolution.objectives import AGGREGATES, OBJECTIVES
+from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.evolution.treatments import TREATMENTS, WORD_SETS, Words, draw_words
 
 
@@ -42,6 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='judge the champion under these words too; only with --words')
     add('--treatment', choices=TREATMENTS, default='experimental',
         help="control: every word's vector shuffled by its own permutation")
+    add('--optimiser', choices=OPTIMISERS.names(), default=PAPER,
+        help='; '.join(f'{name}: {OPTIMISERS.get(name).about}' for name in OPTIMISERS)
+        + ' (default: %(default)s)')
     add('--objective', choices=sorted(OBJECTIVES), default='program', help='default: %(default)s')
     add('--aggregate', choices=AGGREGATES, default='sum',
         help='worst: each word counts as the worst of its kind (default: %(default)s)')
@@ -91,8 +95,8 @@ def config_of(args: argparse.Namespace) -> RunConfig:
     return RunConfig(
         body=args.body, seed=args.seed, words=words, held_out=held_out,
         generations=args.generations, population=args.population, treatment=args.treatment,
-        objective=args.objective, aggregate=args.aggregate, starts=args.starts,
-        engine=args.engine, precision=args.precision, world=args.world,
+        optimiser=args.optimiser, objective=args.objective, aggregate=args.aggregate,
+        starts=args.starts, engine=args.engine, precision=args.precision, world=args.world,
         vocabulary=args.vocabulary)
 
 

@@ -25,7 +25,7 @@ from rich.progress import (
 )
 from rich.table import Column
 
-from training.evolution.run import Progress
+from training.evolution.loop import Progress
 
 #: Between two lines where the output is no terminal.
 QUIET_S = 10.0

@@ -16,15 +16,13 @@ from contextlib import closing
 from dataclasses import asdict, dataclass
 from io import BytesIO
 from pathlib import Path
-from time import perf_counter
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from training import carried_body
 from training.evolution import checkpoint, rundir, treatments
-from training.evolution.afpo import Afpo
 from training.evolution.champion import WordOutcome, outcomes, write_champion
 from training.evolution.config import RunConfig
 from training.evolution.engines import (
@@ -33,8 +31,10 @@ from training.evolution.engines import (
     needs_complete,
     refuse_unsupported,
 )
-from training.evolution.objectives import aggregate, scores
-from training.evolution.operators import Layout, random_genomes
+from training.evolution.exact import Exact
+from training.evolution.loop import CLOCKS, HISTORY, Loop, Progress
+from training.evolution.operators import Array, Layout
+from training.evolution.optimisers import Optimiser, make_optimiser
 from training.evolution.rundir import RunConflictError, RunDirectory
 from training.evolution.starts import slightly_different
 from w2b_core import __version__, bodies
@@ -43,25 +43,12 @@ from w2b_core.vocabulary import Vocabulary
 from w2b_sim.engines.interface import Evaluator, Start
 from w2b_sim.worlds import WORLDS
 
-__all__ = ['Progress', 'RunConfig', 'RunConflictError', 'RunResult', 'load_result', 'run']
+__all__ = ['CLOCKS', 'HISTORY', 'Progress', 'RunConfig', 'RunConflictError', 'RunResult',
+           'load_result', 'run']
 
-Array = NDArray[np.float64]
-HISTORY = ('best_fitness', 'median_fitness', 'best_age', 'survivors', 'evaluations')
-CLOCKS = ('total', 'engine', 'evolution', 'checkpoint')
 #: What helps where a finished run's results are damaged.
 REMEDY = (f'delete {rundir.SUMMARY} beside it and start the run again: its results are written '
           'anew from the checkpoint')
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a run is; `seconds` and `evaluations` count from where this process took it up."""
-
-    generation: int
-    generations: int
-    best_fitness: float
-    evaluations: int
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -153,6 +140,8 @@ def run(config: RunConfig, directory: Path | str,
                             for name, vector in zip(names, heard, strict=True)}}
     if evaluator is None:
         refuse_unsupported(config.engine, config.body)
+    # What cannot be used is refused before anything is written.
+    _start(config, Layout.of(bodies.get(config.body)), np.random.default_rng(0))
     with RunDirectory(Path(directory), identity) as place:
         carried_body.keep(config.body, place.path)
         finished = place.path / rundir.SUMMARY
@@ -163,13 +152,11 @@ def run(config: RunConfig, directory: Path | str,
                 precision=config.precision, threads=threads, say=say,
                 complete=needs_complete(behaviour for _word, behaviour in
                                         config.words + config.held_out)))) as engine:
-            work = _Run(config, heard, engine, place)
-            if work.afpo.generation and say is not None:
-                say(f'goes on from generation {work.afpo.generation} of {config.generations}')
-            if evaluator is None and config.engine == 'batched':
-                work.prepare()
-            work.evolve(progress, checkpoint_s, checkpoint_generations)
-            work.finish()
+            loop = _evolve(config, heard, engine, place,
+                           evaluator is None and config.engine == 'batched', say)
+            loop.run(config.generations, progress, checkpoint_s=checkpoint_s,
+                     checkpoint_generations=checkpoint_generations)
+            _finish(config, heard, loop, place)
         return load_result(place.path)
 
 
@@ -198,103 +185,47 @@ def load_result(directory: Path | str) -> RunResult:
         raise _damaged(path / rundir.SUMMARY, error) from None
 
 
-class _Run:
-    """A run in memory."""
+def _start(config: RunConfig, layout: Layout, rng: np.random.Generator) -> Optimiser:
+    return make_optimiser(config.optimiser, layout, rng, capacity=config.population)
 
-    def __init__(self, config: RunConfig, heard: Array, engine: TimedEvaluator,
-                 place: RunDirectory) -> None:
-        self.config, self.heard, self.engine, self.place = config, heard, engine, place
-        self.behaviours = [behaviour for _word, behaviour in config.words]
-        self.starts = (Start(),) if config.starts == 1 else slightly_different(
-            treatments.generator(config.seed, treatments.STARTS), config.starts)
-        self.layout = Layout.of(bodies.get(config.body))
-        self.rng = treatments.generator(config.seed, treatments.EVOLUTION)
-        self.afpo = Afpo(self.layout, self.rng, capacity=config.population)
-        self.history = np.zeros((config.generations, len(HISTORY)))
-        self.clocks = dict.fromkeys(CLOCKS, 0.0)
-        state = place.resume(self.rng)
-        if state is not None:
-            self._restore(state)
 
-    def _restore(self, state: dict[str, NDArray[Any]]) -> None:
-        try:
-            self.afpo.restore(state)
-            done = self.afpo.generation
-            self.history[:done] = state['history'][:done]
-            self.clocks = dict(zip(CLOCKS, state['clocks'].tolist(), strict=True))
-        except (KeyError, ValueError) as error:
-            raise checkpoint.CheckpointError(
-                f'{self.place.path / rundir.CHECKPOINT}: does not belong to this run ({error}); '
-                'delete it to start again from the first generation') from None
+def _evolve(config: RunConfig, heard: Array, engine: TimedEvaluator, place: RunDirectory,
+            prepare: bool, say: Callable[[str], None] | None) -> Loop:
+    """Return the loop of a run, where it was left; `prepare`: let the engine compile first."""
+    starts = (Start(),) if config.starts == 1 else slightly_different(
+        treatments.generator(config.seed, treatments.STARTS), config.starts)
+    layout = Layout.of(bodies.get(config.body))
+    rng = treatments.generator(config.seed, treatments.EVOLUTION)
+    task = Exact(layout, engine, heard[:len(config.words)],
+                 [behaviour for _word, behaviour in config.words], starts, config.objective,
+                 config.aggregate)
+    loop = Loop(_start(config, layout, rng), task, rng, place)
+    loop.reserve(config.generations)
+    if loop.optimiser.generation and say is not None:
+        say(f'goes on from generation {loop.optimiser.generation} of {config.generations}')
+    if prepare:
+        task.prepare()
+    return loop
 
-    def prepare(self) -> None:
-        """Let the engine compile or load its code now: that is not in the run's seconds."""
-        genomes = random_genomes(np.random.default_rng(0), 1, self.layout)
-        self.engine.prepare(self.layout.network(genomes), self.heard[:1], self.starts[:1])
 
-    def evolve(self, progress: Callable[[Progress], None] | None, checkpoint_s: float,
-               checkpoint_generations: int | None) -> None:
-        """Run the generations that are left."""
-        config, afpo = self.config, self.afpo
-        began = mark = saved = perf_counter()
-        saved_generation = afpo.generation
-        while afpo.generation < config.generations:
-            genomes = afpo.ask()
-            in_engine = self.engine.seconds
-            outcome = self.engine.evaluate(self.layout.network(genomes),
-                                           self.heard[:len(config.words)], self.starts)
-            earned = scores(outcome, self.behaviours, config.objective)
-            afpo.tell(aggregate(earned, self.behaviours, config.aggregate))
-            self._record(outcome.path_length_m.size)
-            now = perf_counter()
-            self.clocks['engine'] += self.engine.seconds - in_engine
-            self.clocks['evolution'] += now - mark - (self.engine.seconds - in_engine)
-            self.clocks['total'] += now - mark
-            mark = now
-            if (now - saved >= checkpoint_s or afpo.generation - saved_generation
-                    == checkpoint_generations or afpo.generation == config.generations):
-                self._save()
-                saved, saved_generation = perf_counter(), afpo.generation
-                self.clocks['checkpoint'] += saved - mark
-                self.clocks['total'] += saved - mark
-                mark = saved
-            if progress is not None:
-                progress(Progress(afpo.generation, config.generations,
-                                  float(afpo.population.fitness[afpo.population.best]),
-                                  self.engine.evaluations, mark - began))
-                # Its time is not the run's: it may wait, as a study that is paused does.
-                mark = perf_counter()
-
-    def _record(self, evaluations: int) -> None:
-        population, row = self.afpo.population, self.afpo.generation - 1
-        self.history[row] = (population.fitness[population.best], np.median(population.fitness),
-                             population.ages[population.best], len(population), evaluations)
-
-    def _save(self) -> None:
-        state = self.afpo.arrays()
-        state['history'] = self.history[:self.afpo.generation]
-        state['clocks'] = np.array([self.clocks[name] for name in CLOCKS])
-        self.place.save(state, self.rng)
-
-    def finish(self) -> None:
-        """Judge the champion under every word and write what came of the run."""
-        config, population = self.config, self.afpo.population
-        best = population.best
-        network = self.layout.network(population.genomes[best])
-        judged = outcomes(self.engine, network, config.words, config.held_out, self.heard,
-                          self.starts, config.objective)
-        fitness = float(population.fitness[best])
-        write_champion(self.place.path / rundir.CHAMPION, bodies.get(config.body),
-                       WORLDS[config.world], network, judged, self.heard, {
-                           **config.to_json(), 'fitness': fitness,
-                           'program_version': __version__})
-        _write_statistics(self.place.path / rundir.STATISTICS, self.history)
-        # The last file: a run with a summary is over.
-        checkpoint.write_json(self.place.path / rundir.SUMMARY, {
-            'config': config.to_json(), 'generations': config.generations, 'fitness': fitness,
-            'age': int(population.ages[best]), 'outcomes': [asdict(word) for word in judged],
-            'evaluations': int(self.history[:, HISTORY.index('evaluations')].sum()),
-            'seconds': self.clocks, 'program_version': __version__})
+def _finish(config: RunConfig, heard: Array, loop: Loop, place: RunDirectory) -> None:
+    """Judge the champion under every word and write what came of the run."""
+    task, population = cast(Exact, loop.task), loop.optimiser.population
+    best = population.best
+    network = task.layout.network(population.genomes[best])
+    judged = outcomes(task.engine, network, config.words, config.held_out, heard, task.starts,
+                      config.objective)
+    fitness = float(population.fitness[best])
+    write_champion(place.path / rundir.CHAMPION, bodies.get(config.body), WORLDS[config.world],
+                   network, judged, heard, {**config.to_json(), 'fitness': fitness,
+                                            'program_version': __version__})
+    _write_statistics(place.path / rundir.STATISTICS, loop.history)
+    # The last file: a run with a summary is over.
+    checkpoint.write_json(place.path / rundir.SUMMARY, {
+        'config': config.to_json(), 'generations': config.generations, 'fitness': fitness,
+        'age': int(population.ages[best]), 'outcomes': [asdict(word) for word in judged],
+        'evaluations': int(loop.history[:, HISTORY.index('evaluations')].sum()),
+        'seconds': loop.clocks, 'program_version': __version__})
 
 
 def _write_statistics(path: Path, history: Array) -> None:

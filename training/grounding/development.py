@@ -1,7 +1,8 @@
 """
 What might make the ear better, tried on words that nobody judges.
 
-  python -m training.grounding.development
+  python -m training.grounding.development                  # on the lines of development.txt
+  python -m training.grounding.development LEXICON ...      # on lexicons that are judged
 
 Each line of development.txt has three classes of words with opposites (praise | criticize | ask),
 written by hand, each with its inflections; words that share a stem with one of the shipped lexicon
@@ -87,20 +88,21 @@ def _row(words: Lexicon, points: Points, learn: Learner, known: frozenset[str]) 
             accuracy.of_left_out_families(words, points, learner=learn).macro]
 
 
-def main() -> int:
+def main(paths: Sequence[str]) -> int:
     """Print the mean accuracy over the lexicons by recipe, and its difference from the ear's."""
     vocabulary, net = Vocabulary.load(), wordnet.WordNet()
     judged = [word for path in (lexicon.SHIPPED, *sorted(TESTS.glob('*.json')))
               for word in lexicon.load(path).words]
-    found = np.array([measure(vocabulary, net, words)
-                      for words in lexicons(vocabulary, net, judged)])
+    words = [lexicon.load(Path(path)).within(learning.spelt(vocabulary)).only_scored()
+             for path in paths] or lexicons(vocabulary, net, judged)
+    found = np.array([measure(vocabulary, net, each) for each in words])
     rows: list[tuple[str, ...]] = [('recipe', *(f'k = {count}' for count in COUNTS),
                                     'one family left out')]
     names = ('no metric', 'the ear', *(f'and the mean, weight {weight:g}'
                                        for weight in WEIGHTS[1:]))
     for index, name in enumerate(names):
         gains = found[:, index] - found[:, names.index('the ear')]
-        errors = gains.std(axis=0, ddof=1) / np.sqrt(len(found))
+        errors = gains.std(axis=0, ddof=min(1, len(found) - 1)) / np.sqrt(len(found))
         rows.append((name, *(
             f'{mean:.3f} ({gain:+.3f} ± {1.96 * error:.3f})' for mean, gain, error in
             zip(found[:, index].mean(axis=0), gains.mean(axis=0), errors, strict=True))))
@@ -109,4 +111,4 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

@@ -4,19 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-Count = Annotated[int, Field(ge=1, le=100_000)]
-Positive = Annotated[float, Field(gt=0, lt=1e6)]
-NotNegative = Annotated[float, Field(ge=0, lt=1e6)]
-Share = Annotated[float, Field(ge=0, le=1)]
+from training.configuration import Count, NotNegative, Positive, Share, Strict
+
 Range = tuple[float, float]
-
-
-class Strict(BaseModel):
-    """A part of a recipe: unknown fields are refused, values are not changed."""
-
-    model_config = ConfigDict(extra='forbid', frozen=True)
 
 
 class NetworkPart(Strict):

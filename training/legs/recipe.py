@@ -11,20 +11,17 @@ import json
 from pathlib import Path
 from typing import Annotated, Any
 
-import yaml
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from training.legs.parts import (
-    Aims,
+from training.configuration import (
+    ConfigError,
     Count,
-    Drop,
-    FirstPart,
-    NetworkPart,
     Positive,
-    Stage,
     Strict,
-    Worlds,
+    explain,
+    read_recipe,
 )
+from training.legs.parts import Aims, Drop, FirstPart, NetworkPart, Stage, Worlds
 from w2b_core import bodies
 from w2b_core.behaviours import DEFAULT_BEHAVIOURS, course_of
 from w2b_core.network.sharing import Sharing
@@ -33,7 +30,7 @@ from w2b_core.senses import SENSES, split
 from w2b_sim.worlds import WORLDS
 
 
-class RecipeError(ValueError):
+class RecipeError(ConfigError):
     """A recipe cannot be used; the message names the file, the field and what was expected."""
 
 
@@ -151,14 +148,8 @@ def load_recipe(path: Path, **changes: Any) -> Recipe:
 
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise RecipeError(f'{path}: not a readable recipe ({error})') from None
-    if not isinstance(content, dict):
-        raise RecipeError(f'{path}: expected a mapping of fields, got {type(content).__name__}')
-    try:
-        return Recipe(**{**content, **changes})
+        return Recipe(**{**read_recipe(path), **changes})
+    except ConfigError as error:
+        raise RecipeError(str(error)) from None
     except ValidationError as error:
-        first = error.errors()[0]
-        place = '.'.join(str(part) for part in first['loc']) or 'recipe'
-        raise RecipeError(f'{path}: {place}: {first["msg"]}') from None
+        raise RecipeError(f'{path}: {explain(error, Recipe, "the recipe")}') from None

@@ -16,11 +16,11 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import cma
 import numpy as np
 from numpy.typing import NDArray
 
 from training.evolution.checkpoint import CheckpointError, reason, write_atomically
+from training.evolution.cma_es import strategy
 from training.legs.first import first_genomes
 from training.legs.parts import Stage
 from training.legs.recipe import Recipe
@@ -129,10 +129,7 @@ class Search:
             self._began_at = self._best_first()
             self.save()
         rng = self._rng(OPTIMISER)
-        self._strategy = cma.CMAEvolutionStrategy(self._began_at, self.recipe.sigma, {
-            'popsize': self.recipe.population, 'randn': lambda *shape: rng.standard_normal(shape),
-            'seed': np.nan, 'verbose': -9, 'maxiter': np.inf, 'tolfun': 0, 'tolx': 0,
-            'tolfunhist': 0, 'tolflatfitness': np.inf, 'tolstagnation': np.inf})
+        self._strategy = strategy(self._began_at, self.recipe.sigma, self.recipe.population, rng)
 
     def _best_first(self) -> Array:
         recipe, stage = self.recipe, self.recipe.stages[0]

@@ -35,14 +35,15 @@ from training.pipeline.recipe import RECIPES, Recipe, load_recipe
 from training.pipeline.table import Row, from_json, to_json, worst_margin
 from training.robust import screening
 from training.robust.config import RobustConfig
+from training.robust.drawn import DrawnWorlds
 from training.robust.scenarios import by_direction
-from training.robust.search import LISTENERS, RobustSearch, train
+from training.robust.search import LISTENERS, train
 from training.robust.settings import Randomisation, Stage
 from w2b_core import bodies
 from w2b_core.network import Network
 
 #: Whose words, bounds and training are taken.
-RECIPE = RECIPES / 'quadruped_serial.yaml'
+RECIPE = RECIPES / 'quadruped.yaml'
 #: What PyBullet is asked, beside the two moves.
 STOPS = frozenset(['stop', 'cease', 'stopped', 'terminate'])
 #: Starts of the judge, and of the gate that chooses in the last row.
@@ -170,9 +171,9 @@ def _examined(config: RobustConfig, network: Network, vectors: Mapping[str, Arra
     """Return the default fitness in a draw with every means, the same for all rows of a seed."""
     same = replace(config, aggregate='balanced', randomisation=Randomisation(),
                    stages=(replace(config.stages[-1], clip_m=CLIP_M),))
-    search = RobustSearch(same, by_direction(same.words, vectors), None, threads)
-    genome = search.layout.genome(network)
-    return float(search.examine(genome[None], same.randomisation)[0])
+    task = DrawnWorlds(same, by_direction(same.words, vectors), threads)
+    genome = task.layout.genome(network)
+    return float(task.examine(genome[None], same.randomisation)[0])
 
 
 def config_of(treatment: Treatment, seed: int, generations: int) -> RobustConfig:

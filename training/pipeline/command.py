@@ -2,7 +2,7 @@
 Make a champion that is primed with words, by a recipe: pretrain, evolve, gate, choose, examine.
 
   python -m training champions --body quadruped --out out/champions/quadruped --seeds 0-9
-  python -m training champions training/recipes/quadruped_serial.yaml --out out/champions/mine
+  python -m training champions training/recipes/serial/quadruped.yaml --out out/champions/mine
 
 The recipe says how: evolution under the trained words, a choice in PyBullet under words that
 evolution did not use, too, and last, once, the held-out words, from 20 slightly different starts.

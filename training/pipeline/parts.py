@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from training.configuration import Count, NotNegative, Positive, Seed, Strict, one_of
+from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.robust.objective import AGGREGATES
 from training.robust.settings import (
     Careful,
@@ -31,7 +32,8 @@ class Training(Strict):
     move_noise: NotNegative = 0.02
     careful: Careful | None = Careful()
     touch: Touch = Touch()
-    aggregate: one_of(lambda: AGGREGATES) = 'balanced'  # type: ignore[valid-type]
+    optimiser: Annotated[str, one_of(OPTIMISERS.names)] = PAPER
+    aggregate: Annotated[str, one_of(lambda: AGGREGATES)] = 'balanced'
 
 
 class Pretrain(Strict):

@@ -1,7 +1,7 @@
 """
 A recipe: all that says how a champion that is primed with words is made, as data.
 
-`parts` has the defaults, `training/recipes` the recipes of the champions that ship.
+`parts` has the defaults, `training/recipes/serial` the recipes of the champions that ship.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import Annotated, Any, cast
 from pydantic import Field, ValidationError, model_validator
 
 from training.configuration import (
+    BodyName,
     ConfigError,
     Positive,
     Seed,
     Strict,
     explain,
-    one_of,
-    read_yaml,
+    read_recipe,
 )
 from training.pipeline.parts import Choose, Evolve, Examine, Gate, Pretrain, Step, Training
 from training.pipeline.words import Roles
@@ -28,7 +28,7 @@ from training.robust.settings import Pretraining, Stage
 from w2b_core import bodies
 from w2b_sim.worlds import WORLDS, World
 
-RECIPES = Path(__file__).parents[1] / 'recipes'
+RECIPES = Path(__file__).parents[1] / 'recipes' / 'serial'
 
 
 class Recipe(Strict):
@@ -51,7 +51,7 @@ class Recipe(Strict):
     """
 
     name: str
-    body: one_of(bodies.names)  # type: ignore[valid-type]
+    body: BodyName
     vocabulary: str = 'default'
     words: Roles
     move_m: Positive
@@ -141,9 +141,9 @@ def load_recipe(path: Path) -> Recipe:
         One line with the file, the field, what was expected and what came.
 
     """
-    content = _read(path)
+    content = read_recipe(path)
     if isinstance(words := content.get('words'), str):
-        content['words'] = _read(path.parent / words)
+        content['words'] = read_recipe(path.parent / words)
     try:
         return Recipe(**content)
     except ValidationError as error:
@@ -152,17 +152,4 @@ def load_recipe(path: Path) -> Recipe:
 
 def shipped() -> dict[str, Path]:
     """Return body -> recipe of the serial champions that ship."""
-    return {path.name.removesuffix('_serial.yaml'): path
-            for path in sorted(RECIPES.glob('*_serial.yaml'))}
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        content = read_yaml(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f'{path}: not a readable recipe ({error})') from None
-    except ConfigError as error:
-        raise ConfigError(f'{path}: {error}') from None
-    if not isinstance(content, dict):
-        raise ConfigError(f'{path}: expected a mapping of fields, got {content!r}')
-    return content
+    return {path.stem: path for path in sorted(RECIPES.glob('*.yaml')) if path.stem != 'words'}

@@ -14,6 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from training import carried_body
 from training.evolution.rundir import RunDirectory
 from training.evolution.treatments import vector_hash
 from training.pipeline import candidates as kept
@@ -50,11 +51,15 @@ def run(recipe: Recipe, directory: Path, *, threads: int = 1,
     vectors = {word: vocabulary.vector(word) for word, _behaviour in recipe.words.known}
     said = recipe.model_dump(mode='json')
     identity = {'config': {name: said[name] for name in ('body', 'words', 'move_m', 'training')},
+                **carried_body.identity(recipe.body),
                 'program_version': __version__,
                 'vectors': {word: vector_hash(vector) for word, vector in vectors.items()}}
-    bench = Bench(recipe, vocabulary, vectors, threads, say)
     candidates: list[Candidate] = []
     with RunDirectory(directory, identity, may_grow=()) as place:
+        # What is trained stays the same though its file be edited.
+        kept_body = carried_body.keep(recipe.body, place.path)
+        bench = Bench(recipe.model_copy(update={'body': kept_body}), vocabulary, vectors, threads,
+                      say)
         for number, part in enumerate(recipe.steps):
             path = place.path / 'steps' / f'{number}_{part.name}.npz'
             key = _key(said, number)

@@ -6,7 +6,7 @@ Which word may be used for what in a pipeline.
 - *held out*: not even looked up before the one candidate is chosen that ships. What it does under
   them is measured once (`blind`); the record counts the candidates that were.
 
-A recipe has them by behaviour. `training/recipes/serial_words.yaml` tells by which rule those of
+A recipe has them by behaviour. `training/recipes/serial/words.yaml` tells by which rule those of
 the shipped serial champions were drawn; a test repeats it.
 """
 

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from training.evolution.afpo import Mutation
 from training.evolution.operators import Array, Layout, mutate_mixed
+from training.evolution.optimisers import Mutation
 from training.robust.hidden_life import live
 from training.robust.pretraining import LIVELY, RESTLESS, TOUCH_INPUT
 from training.robust.scenarios import BACKWARD, FORWARD, STOP, STOP_NOISE

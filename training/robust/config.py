@@ -9,8 +9,9 @@ import numpy as np
 from pydantic import Field, TypeAdapter
 from pydantic.dataclasses import dataclass
 
-from training.configuration import STRICT, NotNegative, Seed, Share, one_of
+from training.configuration import STRICT, BodyName, NotNegative, Seed, Share, one_line, one_of
 from training.evolution.config import check_each_once
+from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.evolution.treatments import Words
 from training.robust.objective import AGGREGATES
 from training.robust.scenarios import MOVE_NOISE, check_directions
@@ -19,6 +20,7 @@ from w2b_core import bodies
 from w2b_sim.worlds import WORLDS, World
 
 
+@one_line('training in drawn worlds')
 @dataclass(frozen=True, config=STRICT)
 class RobustConfig:
     """
@@ -50,12 +52,14 @@ class RobustConfig:
         Weight of the newest draw in an individual's fitness.
     tolerance
         A child may be this much worse than its parent in the first situations and still be tried.
+    optimiser
+        A name of `optimisers.OPTIMISERS`.
     aggregate
         How three behaviours make one fitness, see `objective.fitness`.
 
     """
 
-    body: one_of(bodies.names)  # type: ignore[valid-type]
+    body: BodyName
     seed: Seed
     words: Words
     stages: Annotated[tuple[Stage, ...], Field(min_length=1)]
@@ -70,7 +74,8 @@ class RobustConfig:
     touch: Touch = Touch()
     newest: Share = 0.3
     tolerance: NotNegative = 0.01
-    aggregate: one_of(lambda: AGGREGATES) = 'balanced'  # type: ignore[valid-type]
+    optimiser: Annotated[str, one_of(OPTIMISERS.names)] = PAPER
+    aggregate: Annotated[str, one_of(lambda: AGGREGATES)] = 'balanced'
 
     def __post_init__(self) -> None:
         """Check the fields (ValueError, naming the field, with what was expected and what came)."""

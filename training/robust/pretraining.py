@@ -11,12 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from training.evolution.afpo import Afpo
+from training.evolution.loop import Loop, StatelessTask
 from training.evolution.operators import Array, Layout, random_genomes
+from training.evolution.optimisers import PAPER, Optimiser, make_optimiser
 from training.evolution.treatments import VARIATIONS, generator
 from training.robust.hidden_life import live
 from training.robust.objective import fitness_of
@@ -63,6 +65,30 @@ def inputs(count: int, hidden: int, bias: float) -> Array:
     return drawn
 
 
+class Sorting(StatelessTask):
+    """The task: hidden layers without a body are judged by how they tell words apart."""
+
+    def __init__(self, layout: Layout, plan: Pretraining,
+                 drawn: Callable[[int], Scenario]) -> None:
+        self.layout, self.plan, self.drawn = layout, plan, drawn
+        self.scenario = drawn(0)
+        self.evaluations, self.seconds = 0, 0.0
+
+    def begin(self, optimiser: Optimiser) -> None:
+        """Draw situations anew where they are due, and score the population in them."""
+        generation = optimiser.generation
+        if generation and generation % self.plan.redraw == 0:
+            self.scenario = self.drawn(generation)
+            population = optimiser.population
+            optimiser.population = replace(
+                population, fitness=self.judge(population.genomes, optimiser))
+
+    def judge(self, genomes: Array, _optimiser: Optimiser) -> Array:
+        """Return the scores (N,) of genomes (N, G)."""
+        self.evaluations += len(genomes) * len(self.scenario)
+        return score(self.layout.network(genomes).hidden_weights, self.scenario, self.plan.bias)
+
+
 def listen(layout: Layout, plan: Pretraining, seed: int, scenario: Callable[
         [np.random.Generator, int, int], Scenario], keep: int = 20) -> Array:
     """
@@ -82,33 +108,32 @@ def listen(layout: Layout, plan: Pretraining, seed: int, scenario: Callable[
         How many to return.
 
     """
-    ear = Layout(layout.hidden_count, 0, (1.0,))
+    hidden = Layout(layout.hidden_count, 0, (1.0,))
     test = scenario(generator(seed, VARIATIONS, 0, 0), 16, 40)
     found, scores = [], []
     for attempt in range(plan.attempts):
-        afpo = Afpo(ear, generator(seed, VARIATIONS, 1, attempt), capacity=plan.population,
-                    mutation=mutate_ear)
-        now = test
-        for generation in range(plan.generations):
-            if generation % plan.redraw == 0:
-                now = scenario(generator(seed, VARIATIONS, 2, attempt, generation), plan.moves,
-                               plan.stops)
-                if generation:
-                    again = score(ear.network(afpo.population.genomes).hidden_weights, now,
-                                  plan.bias)
-                    afpo.population = replace(afpo.population, fitness=again)
-            afpo.tell(score(ear.network(afpo.ask()).hidden_weights, now, plan.bias))
-        weights = ear.network(afpo.population.genomes).hidden_weights
+        rng = generator(seed, VARIATIONS, 1, attempt)
+        optimiser = make_optimiser(PAPER, hidden, rng, capacity=plan.population,
+                                   mutation=mutate_ear, newcomers=random_genomes)
+        drawn = partial(_drawn, scenario, plan, seed, attempt)
+        Loop(optimiser, Sorting(hidden, plan, drawn), rng).run(plan.generations)
+        weights = hidden.network(optimiser.population.genomes).hidden_weights
         reached = score(weights, test, plan.bias)
         best = np.argsort(-reached, kind='stable')[:keep // 2]
         found.append(weights[best])
         scores.append(reached[best])
     reached = np.concatenate(scores)
     order = np.argsort(-reached, kind='stable')[:keep]
-    # Whoever tells one move word less than the best does is no start for walking both ways.
+    # Those that miss a move word cannot learn to walk both ways.
     order = order[reached[order] > reached[order[0]] - ENOUGH]
     chosen: Array = np.concatenate(found)[order]
     return chosen
+
+
+def _drawn(scenario: Callable[[np.random.Generator, int, int], Scenario], plan: Pretraining,
+           seed: int, attempt: int, generation: int) -> Scenario:
+    """Return the situations that are drawn in a generation of an attempt."""
+    return scenario(generator(seed, VARIATIONS, 2, attempt, generation), plan.moves, plan.stops)
 
 
 def mutate_ear(rng: np.random.Generator, genomes: Array, layout: Layout) -> Array:

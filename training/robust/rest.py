@@ -1,7 +1,7 @@
 """
 Under how many of all words does a controller rest? What a stop word proves depends on it.
 
-  python -m training rest quadruped
+  python -m training rest quadruped_serial
 
 Primes the controller's hidden layer, without a body, with every word of a vocabulary (of the
 default one, those with the source's own vectors), and counts the words under which it comes to

@@ -8,11 +8,12 @@ from typing import Annotated
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from training.configuration import STRICT, Count, NotNegative, Positive, Share
+from training.configuration import STRICT, Count, NotNegative, Positive, Share, one_line
 
 Whole = Annotated[int, Field(ge=0, le=100_000)]
 
 
+@one_line('randomisation')
 @dataclass(frozen=True, config=STRICT)
 class Randomisation:
     """
@@ -61,6 +62,7 @@ class Randomisation:
         return cls(**{name: name in names for name in known})
 
 
+@one_line('pretraining')
 @dataclass(frozen=True, config=STRICT)
 class Pretraining:
     """
@@ -80,6 +82,7 @@ class Pretraining:
     bias: NotNegative = 0.0
 
 
+@one_line('screening')
 @dataclass(frozen=True, config=STRICT)
 class Screening:
     """
@@ -106,6 +109,7 @@ class Screening:
     alike: Count = 3
 
 
+@one_line('careful')
 @dataclass(frozen=True, config=STRICT)
 class Careful:
     """
@@ -128,6 +132,7 @@ class Careful:
     rhythm_weight: NotNegative = 4.0
 
 
+@one_line('touch')
 @dataclass(frozen=True, config=STRICT)
 class Touch:
     """
@@ -149,6 +154,7 @@ class Touch:
     best: Count = 5
 
 
+@one_line('stage')
 @dataclass(frozen=True, config=STRICT)
 class Stage:
     """

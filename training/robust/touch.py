@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from training.evolution.afpo import Population
 from training.evolution.operators import Array, Layout
+from training.evolution.population import Population
 from training.robust.settings import Touch
 
 

@@ -24,10 +24,10 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from training.configuration import ConfigError
 from training.study.config import StudyConfig, load_config
 from training.study.directory import StudyDirectory, StudyError, locked
 from training.study.executor import DaskExecutor, Executor, ExecutorError, LocalExecutor
-from training.study.fields import ConfigError
 from training.study.progress import Display
 from training.study.record import RecordError
 from training.study.runner import Report, default_directory, run_study

@@ -16,27 +16,35 @@ experiments, so a file says only what matters:
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Annotated, Any
 
+from pydantic import BeforeValidator, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass
+
+from training.configuration import (
+    STRICT,
+    ConfigError,
+    Text,
+    Truth,
+    explain,
+    one_line,
+    one_of,
+    read_yaml,
+    some_of,
+    whole,
+)
 from training.evolution.engines import ENGINES, PRECISIONS
 from training.evolution.objectives import OBJECTIVES
 from training.evolution.treatments import TREATMENTS, WORD_SETS, Words, draw_words
-from training.study.fields import (
-    ConfigError,
-    choice,
-    choices,
-    count,
-    mapping,
-    read_yaml,
-    require,
-    text,
-)
 from w2b_core import bodies
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class RunSpec:
     """One run of a study. `evolution_seed` is drawn from everything that names the run."""
 
@@ -75,15 +83,16 @@ class RunSpec:
         return self.words()[1][0][0]
 
 
-@dataclass(frozen=True)
+@one_line('experiment')
+@dataclass(frozen=True, config=STRICT)
 class Experiment:
     """Runs that differ in body, treatment and seed only."""
 
-    words: str
-    bodies: tuple[str, ...]
-    treatments: tuple[str, ...]
-    seeds: int
-    first_seed: int = 0
+    words: Annotated[str, one_of(lambda: tuple(WORD_SETS))]
+    bodies: Annotated[tuple[str, ...], some_of(bodies.names)]
+    treatments: Annotated[tuple[str, ...], some_of(lambda: TREATMENTS)]
+    seeds: Annotated[int, whole()]
+    first_seed: Annotated[int, whole(0)] = 0
 
     def runs(self) -> list[RunSpec]:
         """Return the runs, seed by seed, so that an early look at a study is a balanced one."""
@@ -92,7 +101,8 @@ class Experiment:
                 for body in self.bodies for treatment in self.treatments]
 
 
-@dataclass(frozen=True)
+@one_line('robustness')
+@dataclass(frozen=True, config=STRICT)
 class Robustness:
     """
     How run champions are scored again.
@@ -110,13 +120,26 @@ class Robustness:
 
     """
 
-    perturbed_starts: int = 10
-    pybullet_starts: int = 1
-    pybullet_champions: int | None = None
-    lexicon: bool = True
+    perturbed_starts: Annotated[int, whole(0)] = 10
+    pybullet_starts: Annotated[int, whole(0)] = 1
+    pybullet_champions: Annotated[int | None, whole()] = None
+    lexicon: Truth = True
 
 
-@dataclass(frozen=True)
+def _name(value: object) -> object:
+    if isinstance(value, str) and value and not value.replace('-', '').replace('_', '').isalnum():
+        raise ValueError(f'expected letters, digits, - and _, got {value!r}')
+    return value
+
+
+def _experiments(value: object) -> object:
+    if not isinstance(value, list | tuple) or not value:
+        raise ValueError(f'expected a list with at least one experiment, got {value!r}')
+    return value
+
+
+@one_line('the study')
+@dataclass(frozen=True, config=STRICT)
 class StudyConfig:
     """
     A checked study.
@@ -133,16 +156,26 @@ class StudyConfig:
 
     """
 
-    name: str
-    experiments: tuple[Experiment, ...]
-    generations: int = 6000
-    population: int = 50
-    objective: str = 'program'
-    engine: str = 'batched'
-    precision: str = 'float32'
-    vocabulary: str = 'default'
-    history_points: int = 200
-    robustness: Robustness = field(default_factory=Robustness)
+    name: Annotated[Text, BeforeValidator(_name)]
+    experiments: Annotated[tuple[Experiment, ...], BeforeValidator(_experiments)]
+    generations: Annotated[int, whole()] = 6000
+    population: Annotated[int, whole(2)] = 50
+    objective: Annotated[str, one_of(lambda: tuple(OBJECTIVES))] = 'program'
+    engine: Annotated[str, one_of(lambda: ENGINES)] = 'batched'
+    precision: Annotated[str, one_of(lambda: PRECISIONS)] = 'float32'
+    vocabulary: Text = 'default'
+    history_points: Annotated[int, whole(2)] = 200
+    robustness: Robustness = Robustness()
+
+    def __post_init__(self) -> None:
+        """Check that each run belongs to one experiment (ValueError)."""
+        seen: dict[str, int] = {}
+        for index, experiment in enumerate(self.experiments):
+            for run in experiment.runs():
+                if run.run_id in seen:
+                    raise ValueError(f'experiments[{index}]: run {run.run_id} is already part of '
+                                     f'experiments[{seen[run.run_id]}]; each run belongs to one')
+                seen[run.run_id] = index
 
     def runs(self) -> list[RunSpec]:
         """Return all runs of the study, lowest seeds first."""
@@ -175,62 +208,13 @@ def load_config(path: Path) -> StudyConfig:
 
 def parse_config(data: object) -> StudyConfig:
     """Return the study described by plain data, as from YAML (ConfigError if it is none)."""
-    top = mapping(data, 'the study', StudyConfig)
-    require(top, 'the study', 'name', 'experiments')
-    name = text(top['name'], 'name')
-    if not name.replace('-', '').replace('_', '').isalnum():
-        raise ConfigError(f'name: expected letters, digits, - and _, got {name!r}')
-    if not isinstance(top['experiments'], list) or not top['experiments']:
-        raise ConfigError('experiments: expected a list with at least one experiment, '
-                          f'got {top["experiments"]!r}')
-    experiments = tuple(_experiment(entry, f'experiments[{index}]')
-                        for index, entry in enumerate(top['experiments']))
-    config = StudyConfig(
-        name=name, experiments=experiments,
-        generations=count(top.get('generations', 6000), 'generations'),
-        population=count(top.get('population', 50), 'population', least=2),
-        objective=choice(top.get('objective', 'program'), 'objective', tuple(OBJECTIVES)),
-        engine=choice(top.get('engine', 'batched'), 'engine', ENGINES),
-        precision=choice(top.get('precision', 'float32'), 'precision', PRECISIONS),
-        vocabulary=text(top.get('vocabulary', 'default'), 'vocabulary'),
-        history_points=count(top.get('history_points', 200), 'history_points', least=2),
-        robustness=_robustness(top.get('robustness', {})))
-    if config.engine == 'pybullet' and 'precision' in top and config.precision == 'float32':
+    try:
+        config: StudyConfig = TypeAdapter[Any](StudyConfig).validate_python(data)
+    except ValidationError as error:
+        raise ConfigError(explain(error, StudyConfig, 'the study')) from None
+    if config.engine != 'pybullet':
+        return config
+    if isinstance(data, Mapping) and data.get('precision') == 'float32':
         raise ConfigError('precision: PyBullet computes in double precision only; '
                           'leave `precision` out or choose engine: batched')
-    if config.engine == 'pybullet':
-        config = StudyConfig(**{**vars(config), 'precision': 'float64'})
-    seen: dict[str, int] = {}
-    for index, experiment in enumerate(experiments):
-        for run in experiment.runs():
-            if run.run_id in seen:
-                raise ConfigError(f'experiments[{index}]: run {run.run_id} is already part of '
-                                  f'experiments[{seen[run.run_id]}]; each run belongs to one')
-            seen[run.run_id] = index
-    return config
-
-
-def _experiment(data: object, where: str) -> Experiment:
-    entry = mapping(data, where, Experiment)
-    require(entry, where, 'words', 'bodies', 'treatments', 'seeds')
-    return Experiment(
-        words=choice(entry['words'], f'{where}.words', tuple(WORD_SETS)),
-        bodies=choices(entry['bodies'], f'{where}.bodies', bodies.names()),
-        treatments=choices(entry['treatments'], f'{where}.treatments', TREATMENTS),
-        seeds=count(entry['seeds'], f'{where}.seeds'),
-        first_seed=count(entry.get('first_seed', 0), f'{where}.first_seed', least=0))
-
-
-def _robustness(data: object) -> Robustness:
-    entry = mapping(data, 'robustness', Robustness)
-    champions = entry.get('pybullet_champions')
-    lexicon = entry.get('lexicon', True)
-    if not isinstance(lexicon, bool):
-        raise ConfigError(f'robustness.lexicon: expected true or false, got {lexicon!r}')
-    where = 'robustness.'
-    return Robustness(
-        perturbed_starts=count(entry.get('perturbed_starts', 10), where + 'perturbed_starts', 0),
-        pybullet_starts=count(entry.get('pybullet_starts', 1), where + 'pybullet_starts', 0),
-        pybullet_champions=None if champions is None else count(
-            champions, where + 'pybullet_champions'),
-        lexicon=lexicon)
+    return replace(config, precision='float64')

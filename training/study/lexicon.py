@@ -10,8 +10,8 @@ from __future__ import annotations
 from hashlib import sha256
 from pathlib import Path
 
+from training.configuration import ConfigError, read_yaml
 from training.evolution.treatments import WORD_SETS
-from training.study.fields import ConfigError, read_yaml
 
 PATH = Path(__file__).parent / 'lexicon.yaml'
 CLASSES = ('forward', 'backward', 'stop', 'unrelated')

@@ -20,11 +20,12 @@ from hashlib import sha256
 import numpy as np
 from numpy.typing import NDArray
 
-from training.evolution.afpo import Afpo
 from training.evolution.champion import outcomes
-from training.evolution.engines import make_evaluator
-from training.evolution.objectives import aggregate, scores
+from training.evolution.engines import TimedEvaluator, make_evaluator
+from training.evolution.exact import Exact
+from training.evolution.loop import Loop
 from training.evolution.operators import Layout, random_genomes
+from training.evolution.optimisers import PAPER, make_optimiser
 from training.evolution.starts import slightly_different
 from training.evolution.treatments import EVOLUTION, generator, treated
 from w2b_core import bodies
@@ -97,11 +98,12 @@ def short_evolution(evaluator: Evaluator, body: str, objective: str,
     names = [word for word, _behaviour in WORDS + HELD_OUT]
     behaviours = [behaviour for _word, behaviour in WORDS]
     heard = treated(dict(zip(names, words(), strict=True)), names, 'control', SEED)
-    afpo = Afpo(layout, generator(SEED, EVOLUTION), capacity=size.population)
-    for _generation in range(size.generations):
-        outcome = evaluator.evaluate(layout.network(afpo.ask()), heard[:len(WORDS)], (Start(),))
-        afpo.tell(aggregate(scores(outcome, behaviours, objective), behaviours, 'sum'))
-    last = afpo.population
+    rng = generator(SEED, EVOLUTION)
+    loop = Loop(make_optimiser(PAPER, layout, rng, capacity=size.population),
+                Exact(layout, TimedEvaluator(evaluator), heard[:len(WORDS)], behaviours, (Start(),),
+                      objective), rng)
+    loop.run(size.generations)
+    last = loop.optimiser.population
     judged = outcomes(evaluator, layout.network(last.genomes[last.best]), WORDS, HELD_OUT, heard,
                       (Start(),), objective)
     return [last.genomes, last.ages.astype(np.float64), last.fitness,

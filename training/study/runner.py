@@ -17,12 +17,12 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from training.configuration import ConfigError
 from training.evolution.treatments import WORD_SETS
 from training.evolution.vectors import vectors
 from training.study.config import RunSpec, StudyConfig
 from training.study.directory import StudyDirectory, StudyError
 from training.study.executor import Executor
-from training.study.fields import ConfigError
 from training.study.lexicon import load_lexicon
 from training.study.progress import Display, Running
 from training.study.provenance import identity, run_identity

@@ -205,7 +205,7 @@ def test_a_missing_controller_is_refused(capsys):
 
 
 def test_a_controller_of_other_joints_is_refused():
-    one = controller_file.load(controller_file.shipped('quadruped'))
+    one = controller_file.load(controller_file.shipped('quadruped_serial'))
     with pytest.raises(ValueError, match='physical_twin: expected a controller of its joints'):
         command.judge(replace(one, body='physical_twin'),
                       Plan('mujoco', 1.0, 0.0, Conditions()), 1)

@@ -11,8 +11,8 @@ from training.pipeline.command import add_arguments, recipe_of
 from training.pipeline.recipe import RECIPES, load_recipe, shipped
 from w2b_core.controller import file as controller_file
 
-BASE = yaml.safe_load((RECIPES / 'quadruped_serial.yaml').read_text())
-WORDS = yaml.safe_load((RECIPES / 'serial_words.yaml').read_text())
+BASE = yaml.safe_load((RECIPES / 'quadruped.yaml').read_text())
+WORDS = yaml.safe_load((RECIPES / 'words.yaml').read_text())
 #: What a shipped record calls what is now another field.
 RENAMED = {'listening': 'pretraining'}
 
@@ -24,7 +24,7 @@ def step(index, **changes):
 
 
 @pytest.mark.parametrize(('body', 'name'), [
-    ('quadruped', 'quadruped'), ('physical_twin', 'physical_twin_serial')])
+    ('quadruped', 'quadruped_serial'), ('physical_twin', 'physical_twin_serial')])
 def test_a_shipped_recipe_says_what_the_shipped_champion_was_made_by(body, name):
     record = controller_file.load(controller_file.shipped(name)).record
     recipe = load_recipe(shipped()[body])
@@ -43,7 +43,7 @@ def test_a_shipped_recipe_says_what_the_shipped_champion_was_made_by(body, name)
 
 
 @pytest.mark.parametrize(('changes', 'message'), [
-    ({'body': 'quadrupd'}, "body: expected one of .*; got 'quadrupd' .did you mean 'quadruped'"),
+    ({'body': 'quadrupd'}, "body: expected one of .*, or a file such as .*, got 'quadrupd'"),
     ({'mov_m': 1}, "the recipe: unknown field 'mov_m' .did you mean 'move_m'"),
     ({'move_m': -1}, 'move_m: expected a number greater than 0, got -1'),
     ({'training': {'populaton': 3}}, r"training: unknown field 'populaton' .did you mean"),
@@ -56,7 +56,7 @@ def test_a_shipped_recipe_says_what_the_shipped_champion_was_made_by(body, name)
     ({'steps': BASE['steps'][:-1]}, 'choose and examine last'),
     (step(2, seed=0), 'steps: walks: expected other starts than those of final, got the same seed'),
     (step(2, name='walk'), "steps: expected each name once, got 'walk' twice"),
-    (step(1, step='evolv'), r"steps\[1\]\.step: expected one of 'pretrain', .*; got 'evolv'"),
+    (step(1, step='evolv'), r"steps\[1\]\.step: expected one of 'pretrain', .*, got 'evolv'"),
     (step(1, discard_below=[0, 0, 0]), 'discard_below: expected at most 2 bounds, got 3'),
     (step(1, stages=[{**BASE['steps'][1]['stages'][0], 'generations': 0}]),
      r'stages\[0\]\.generations: expected a number greater than or equal to 1, got 0'),
@@ -93,7 +93,7 @@ def options(*said: str) -> argparse.Namespace:
 
 def test_options_stand_in_place_of_a_recipes_numbers(tmp_path: Path):
     plain = recipe_of(options())
-    assert plain == load_recipe(RECIPES / 'quadruped_serial.yaml')
+    assert plain == load_recipe(RECIPES / 'quadruped.yaml')
     changed = recipe_of(options('--seeds', '6,12', '--keep', '3', '--ears', '4',
                                 '--effort', '0.01'))
     assert changed.seeds == (6, 12)

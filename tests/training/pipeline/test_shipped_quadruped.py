@@ -1,4 +1,4 @@
-"""The shipped quadruped is what its record says, and passes its gate from other starts."""
+"""The shipped primed quadruped is what its record says, and passes its gate from other starts."""
 
 import json
 from pathlib import Path
@@ -22,7 +22,7 @@ TABLES = Path(__file__).resolve().parents[3] / 'docs' / 'champions'
 
 @pytest.fixture(scope='module')
 def champion():
-    return controller_file.load(controller_file.shipped('quadruped'))
+    return controller_file.load(controller_file.shipped('quadruped_serial'))
 
 
 def test_its_words_and_record_are_the_champions_command_s(champion):
@@ -38,12 +38,12 @@ def test_its_words_and_record_are_the_champions_command_s(champion):
 
 
 def test_its_table_tells_every_word_and_how_many_were_opened(champion):
-    told = json.loads((TABLES / 'quadruped.json').read_text(encoding='utf-8'))
+    told = json.loads((TABLES / 'quadruped_serial.json').read_text(encoding='utf-8'))
     assert [row['word'] for row in told['rows']] == [word for word, _asked in QUADRUPED.every]
     assert told['opened'] == champion.record['opened'] >= 1
     assert champion.record['weights_sha256'] == weights_sha256(champion.network)
     assert told['rows'] == champion.record['gate']['rows']
-    markdown = (TABLES / 'quadruped.md').read_text(encoding='utf-8')
+    markdown = (TABLES / 'quadruped_serial.md').read_text(encoding='utf-8')
     assert to_markdown(from_json(told['rows'])) in markdown
 
 

@@ -1,4 +1,4 @@
-"""The robust mode: its objective, scenarios, listening, gate, and a run that is killed."""
+"""Drawn worlds: their objective, situations, pretraining, and a run that is killed."""
 
 from dataclasses import fields, replace
 
@@ -9,13 +9,16 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from training.evolution.operators import Layout, random_genomes
+from training.evolution.optimisers import OPTIMISERS
+from training.evolution.population import born
 from training.robust import touch
 from training.robust.config import RobustConfig
+from training.robust.drawn import DrawnWorlds
 from training.robust.hidden_life import LATE, SETTLED, STEPS, live, live_exactly
 from training.robust.objective import WORST_STOP, fitness, values
 from training.robust.pretraining import listen, newcomers, score
 from training.robust.scenarios import BACKWARD, FORWARD, STOP, draw
-from training.robust.search import RobustSearch, train
+from training.robust.search import train
 from training.robust.settings import Pretraining, Randomisation, Stage, Touch
 from w2b_core.network import Network, prime, step
 from w2b_sim.engines.interface import Evaluation
@@ -199,8 +202,10 @@ class Killed(BaseException):
     """Stands for a kill."""
 
 
-def test_a_killed_robust_run_ends_in_the_same_population(tmp_path):
-    whole, fitness_whole = train(SMALL, tmp_path / 'whole', vectors=VECTORS)
+@pytest.mark.parametrize('optimiser', OPTIMISERS.names())
+def test_a_killed_robust_run_ends_in_the_same_population(tmp_path, optimiser):
+    config = replace(SMALL, optimiser=optimiser)
+    whole, fitness_whole = train(config, tmp_path / 'whole', vectors=VECTORS)
 
     def kill(progress):
         if progress.generation in (2, 4, 5):
@@ -208,8 +213,8 @@ def test_a_killed_robust_run_ends_in_the_same_population(tmp_path):
 
     for _ in range(3):
         with pytest.raises(Killed):
-            train(SMALL, tmp_path / 'broken', kill, vectors=VECTORS, checkpoint_s=1e-9)
-    resumed, fitness_resumed = train(SMALL, tmp_path / 'broken', vectors=VECTORS)
+            train(config, tmp_path / 'broken', kill, vectors=VECTORS, checkpoint_s=1e-9)
+    resumed, fitness_resumed = train(config, tmp_path / 'broken', vectors=VECTORS)
     assert resumed.hidden_weights.tobytes() == whole.hidden_weights.tobytes()
     assert resumed.motor_weights.tobytes() == whole.motor_weights.tobytes()
     assert fitness_resumed.tolist() == fitness_whole.tolist()
@@ -217,13 +222,13 @@ def test_a_killed_robust_run_ends_in_the_same_population(tmp_path):
 
 
 def test_without_touch_the_sensors_are_silent():
-    search = RobustSearch(SMALL, HEARD, None)
-    genomes = search.afpo.population.genomes
-    assert search.gain == 0.0
-    deaf = search.layout.network(touch.felt(genomes, search.layout, search.gain))
+    task = DrawnWorlds(SMALL, HEARD)
+    genomes = random_genomes(np.random.default_rng(0), 6, task.layout)
+    assert task.gain == 0.0
+    deaf = task.layout.network(touch.felt(genomes, task.layout, task.gain))
     assert not deaf.hidden_weights[..., 6:].any()
-    search.gain = 1.0
-    assert touch.felt(genomes, search.layout, search.gain) is genomes
+    task.gain = 1.0
+    assert touch.felt(genomes, task.layout, task.gain) is genomes
 
 
 def test_touch_grows_over_a_stage_that_follows_one_without():
@@ -239,8 +244,9 @@ def test_touch_grows_over_a_stage_that_follows_one_without():
 
 
 def test_feeling_begins_with_small_synapses_of_the_best():
-    search = RobustSearch(SMALL, HEARD, None)
-    layout, population = search.layout, search.afpo.population
+    layout = DrawnWorlds(SMALL, HEARD).layout
+    population = born(random_genomes(np.random.default_rng(1), 6, layout),
+                      np.zeros(6, dtype=np.int64), 0)
     population = replace(population, fitness=np.arange(len(population), dtype=float))
     whole, half = (layout.network(each).hidden_weights for each in
                    (population.genomes, touch.felt(population.genomes, layout, 0.5)))

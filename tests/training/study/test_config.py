@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from training.configuration import ConfigError
 from training.evolution.treatments import WORD_SETS
 from training.study.config import RunSpec, load_config, parse_config
-from training.study.fields import ConfigError
 from training.study.store import parse_run_id
 from training.study.tasks import run_config
 from w2b_core import bodies
@@ -81,12 +81,12 @@ def test_a_runs_name_says_what_it_is(word_set: str, body: str, treatment: str, s
 
 
 @pytest.mark.parametrize(('changes', 'message'), [
-    ({'generations': 0}, 'generations: expected a whole number of at least 1, got 0'),
-    ({'generations': 10**9}, 'generations: expected a whole number of at most 1,000,000'),
-    ({'experiments': [{**EXPERIMENT, 'seeds': 10**12}]}, 'seeds: expected a whole number of at'),
-    ({'generations': 1.5}, 'generations: expected a whole number'),
-    ({'generations': True}, 'generations: expected a whole number'),
-    ({'population': 1}, 'population: expected a whole number of at least 2'),
+    ({'generations': 0}, 'generations: expected an integer >= 1, got 0'),
+    ({'generations': 10**9}, 'generations: expected an integer <= 1,000,000'),
+    ({'experiments': [{**EXPERIMENT, 'seeds': 10**12}]}, 'seeds: expected an integer <= 1,000,000'),
+    ({'generations': 1.5}, 'generations: expected an integer'),
+    ({'generations': True}, 'generations: expected an integer'),
+    ({'population': 1}, 'population: expected an integer >= 2'),
     ({'objective': 'fastest'}, 'objective: expected one of program, paper, balanced'),
     ({'engine': 'bached'}, "did you mean 'batched'"),
     ({'engine': 'pybullet', 'precision': 'float32'}, 'double precision only'),

@@ -9,11 +9,11 @@ import pytest
 
 from tests.training.landscape import Landscape
 from tests.training.study_files import config
+from training.configuration import ConfigError
 from training.evolution.operators import Layout, random_genomes
 from training.evolution.treatments import permutation
 from training.evolution.vectors import known, vector, vectors
 from training.study.config import RunSpec
-from training.study.fields import ConfigError
 from training.study.lexicon import CLASSES, load_lexicon
 from training.study.provenance import commands
 from training.study.rescoring import COLUMNS, Trial, Word, rescore, trials

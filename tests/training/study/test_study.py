@@ -26,6 +26,7 @@ from tests.training.study_files import (
     seeds,
     write,
 )
+from training.configuration import ConfigError
 from training.study.config import parse_config
 from training.study.directory import (
     StudyDirectory,
@@ -35,7 +36,6 @@ from training.study.directory import (
     journal,
     locked,
 )
-from training.study.fields import ConfigError
 from training.study.progress import Display
 from training.study.runner import run_study
 from training.study.tasks import TaskResult

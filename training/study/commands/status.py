@@ -17,10 +17,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from training.configuration import ConfigError
 from training.study import pausing
 from training.study.config import RunSpec, parse_config
 from training.study.directory import StudyDirectory, StudyError, in_use
-from training.study.fields import ConfigError
 
 #: The rate is taken over so many runs, and the time since the first of them.
 LAST_RUNS = 28

@@ -16,8 +16,11 @@ from dataclasses import replace
 import numpy as np
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.timer import Timer
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import SetBool, Trigger
@@ -72,8 +75,8 @@ PARAMETERS = (
     Parameter('engine', registry.DEFAULT, 'What moves it: pybullet or mujoco.',
               when=When.START),
     Parameter('real_time_factor', 0.0, '0: lockstep, the body waits for the targets that answer '
-              'each frame. Above 0: paced, simulated seconds a second.', (0.0, 100.0),
-              when=When.START, check=_check_factor),
+              'each frame. Above 0: paced, simulated seconds a second, and can be set to '
+              'another speed while it runs.', (0.0, 100.0), check=_check_factor),
     Parameter('republish_timeout', 0.5,
               'Seconds until a frame without an answer is sent again.', (0.05, 60.0),
               when=When.START),
@@ -104,7 +107,9 @@ class SimNode(Node):
     def __init__(self) -> None:
         super().__init__('sim')
         self.exit_code: int | None = None
-        declare(self, PARAMETERS)
+        self._tick: Timer | None = None
+        declare(self, PARAMETERS, applied=self._apply_speed)
+        self.add_on_set_parameters_callback(self._refuse_another_clock)
         self._random = np.random.default_rng(max(0, self._integer('seed')))
         self._prefix = str(self.get_parameter('frame_prefix').value)
         self._process, self._resets = secrets.token_hex(4), 0
@@ -119,14 +124,14 @@ class SimNode(Node):
         self.create_subscription(JointTrajectory, 'joint_trajectory', self._on_targets, TARGETS)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
-        factor = self._number('real_time_factor')
-        self._body = BodyReporter(self, lambda: self._robot.body_status(self._epoch, factor))
+        self._body = BodyReporter(self, lambda: self._robot.body_status(
+            self._epoch, self._number('real_time_factor')))
         self._reporter = DiagnosticsReporter(
             self, self._statuses, lambda: self._robot.body.name,
             str(self.get_parameter('diagnostics_topic').value), self._now)
         if self._robot.paced:
-            self.create_timer(self._period_s / self._number('real_time_factor'), self._on_tick,
-                              clock=STEADY)
+            self._tick = self.create_timer(
+                self._period_s / self._number('real_time_factor'), self._on_tick, clock=STEADY)
         self._republish = self.create_timer(
             self._number('republish_timeout'), self._on_unanswered, clock=STEADY)
         if not self._robot.paused:
@@ -137,6 +142,20 @@ class SimNode(Node):
 
     def _integer(self, name: str) -> int:
         return int(self.get_parameter(name).value)
+
+    def _refuse_another_clock(self, given: list[RosParameter]) -> SetParametersResult:
+        """Refuse to go from lockstep to a paced clock or back: frames would be lost or doubled."""
+        for one in given:
+            if one.name == 'real_time_factor' and (float(one.value) > 0.0) != self._robot.paced:
+                return SetParametersResult(successful=False, reason=(
+                    'real_time_factor: lockstep (0) and paced (above 0) cannot take turns: start '
+                    f'the node again with -p real_time_factor:={one.value}'))
+        return SetParametersResult(successful=True)
+
+    def _apply_speed(self) -> None:
+        if self._tick is not None:
+            self._tick.timer_period_ns = round(
+                self._period_s / self._number('real_time_factor') * 1e9)
 
     def _make_robot(self) -> SimulatedRobot:
         """Build what the parameters ask for (StartError)."""

@@ -1,9 +1,9 @@
 """
 The newest sensor frame of a robot, read when it is needed.
 
-A simulation in lockstep sends hundreds of frames a second and a page shows 20: the executor is not
-woken by each. The subscriptions are in a group that it never executes; `Frames.take` takes what is
-there, one message deep.
+A simulation in lockstep sends hundreds of frames a second and a page shows 20: no executor is woken
+by each. The subscriptions are those of a node that none spins; `Frames.take` takes what is there,
+one message deep.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import time
 from typing import Any
 
 from nav_msgs.msg import Odometry
-from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
@@ -30,19 +29,10 @@ KINDS: dict[str, tuple[str, type]] = {
     'contacts': ('contacts', JointState)}
 
 
-class _Never(CallbackGroup):
-    """Callbacks that the executor leaves alone."""
-
-    def can_execute(self, entity: Any) -> bool:
-        """See `CallbackGroup`."""
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """See `CallbackGroup`."""
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        """See `CallbackGroup`."""
+def listener() -> Node:
+    """Return a node whose subscriptions nobody spins."""
+    return Node('page_listener', use_global_arguments=False, start_parameter_services=False,
+                enable_rosout=False)
 
 
 class Frames:
@@ -52,7 +42,7 @@ class Frames:
     Parameters
     ----------
     node
-        The node that listens.
+        The node that listens, see `listener`: not one that is spun.
     namespace
         Of the robot, empty for the root.
 
@@ -60,10 +50,9 @@ class Frames:
 
     def __init__(self, node: Node, namespace: str) -> None:
         self._node = node
-        group = _Never()
         self._subscriptions: dict[str, Subscription] = {
-            name: node.create_subscription(kind, f'{namespace}/{topic}', print, NEWEST,
-                                           callback_group=group)
+            name: node.create_subscription(kind, f'{namespace}/{topic}', lambda _message: None,
+                                           NEWEST)
             for name, (topic, kind) in KINDS.items()}
         self._newest: dict[str, Any] = {}
         self._taken_at_s: dict[str, float] = {}

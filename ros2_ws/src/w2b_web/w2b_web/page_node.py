@@ -2,7 +2,7 @@
 The node `page`: serves the page, and stands between it and the robots' topics and services.
 
 Two threads: ROS runs in the main one, the web server in its own. What a page asks for is queued and
-done by the executor, which a guard condition wakes; what robots say goes to the server's loop.
+done by the executor, as a task; what robots say goes to the server's loop.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from w2b_ros.managed_node import ManagedNode
 from w2b_ros.parameters import Parameter, When, declare
 from w2b_ros.ros_messages import STEADY
 from w2b_web.discovery import robots_of
+from w2b_web.frames import listener
 from w2b_web.hub import MOST_CLIENTS, Hub
 from w2b_web.lights import Lights
 from w2b_web.requests import Request
@@ -42,8 +43,8 @@ PARAMETERS = (
               'to type before the page opens.', when=When.ACTIVATE),
     Parameter('frame_rate', 20.0, 'Frames a second that a page gets at most.', (1.0, 60.0)),
 )
-#: How often new frames are looked for, and how often everything else is.
-LOOK_S, CHECK_S = 0.02, 0.25
+#: How often new frames are looked for, and how often everything else is: each look takes time.
+LOOK_S, CHECK_S = 0.03, 0.25
 #: Between two looks at which robots there are.
 DISCOVERY_S = 1.0
 
@@ -56,7 +57,7 @@ class PageNode(ManagedNode):
         declare(self, PARAMETERS, state=lambda: self.state_label)
         self._words = Words()
         self._asked: deque[tuple[str, Request | None, int]] = deque()
-        self._news = self.create_guard_condition(self._on_asked)
+        self._ears = listener()
         self._server: Server | None = None
         self._hub = Hub(self)
         self._robots: dict[str, Robot] = {}
@@ -94,6 +95,11 @@ class PageNode(ManagedNode):
             robot.close()
         self._robots = {}
 
+    def close(self) -> None:
+        """Stop serving before the process ends."""
+        super().close()
+        self._ears.destroy_node()
+
     # -- from the pages; called in the server's thread
 
     def request(self, robot: str, request: Request, client: int) -> None:
@@ -108,7 +114,8 @@ class PageNode(ManagedNode):
         # However often it is pressed: a stop that waits already is one.
         if entry not in self._asked:
             self._asked.append(entry)
-            self._news.trigger()
+            if self.executor is not None:
+                self.executor.create_task(self._on_asked)
 
     def suggest(self, robot: str, prefix: str) -> list[Suggestion]:
         """Return words that begin so."""
@@ -174,7 +181,7 @@ class PageNode(ManagedNode):
         for name in set(self._robots) - set(names):
             self._robots.pop(name).close()
         self._robots = {name: self._robots.get(name) or Robot(
-            self, name, self._hub, partial(self._lights.silent, name))
+            self, self._ears, name, self._hub, partial(self._lights.silent, name))
                         for name in names}
         self._hub.from_ros(self._hub.robots, names)
         if self._hub.loop is None:

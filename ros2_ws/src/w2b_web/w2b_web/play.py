@@ -21,7 +21,7 @@ ABOUT = """\
 Start a robot, a brain and the page that shows them; end them all with Ctrl-C.
 
   w2b play                                   a simulated robot in PyBullet
-  w2b play --engine mujoco --robot quadruped_legs
+  w2b play --engine mujoco --robot quadruped
   w2b play --hardware simulated              the robot's own drivers, on chips of a simulated body
   w2b play --hardware emulated               the same on chips without a body: nothing walks
 """

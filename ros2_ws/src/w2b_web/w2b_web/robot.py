@@ -44,6 +44,8 @@ class Robot:
         The page's node.
     namespace
         Of the robot, empty for the root.
+    ears
+        The node that listens to frames, see `frames.listener`.
     hub
         The open pages.
     silent
@@ -51,10 +53,11 @@ class Robot:
 
     """
 
-    def __init__(self, node: Node, namespace: str, hub: Hub,
+    def __init__(self, node: Node, ears: Node, namespace: str, hub: Hub,
                  silent: Callable[[str], bool]) -> None:
         self.namespace = namespace
         self._node = node
+        self._ears = ears
         self._hub = hub
         self._silent = silent
         self._services = Services(node, namespace)
@@ -170,7 +173,7 @@ class Robot:
     def show(self, shown: bool) -> None:
         """Listen to its frames, or do not: only while somebody looks."""
         if shown and self._frames is None:
-            self._frames = Frames(self._node, self.namespace)
+            self._frames = Frames(self._ears, self.namespace)
         elif not shown and self._frames is not None:
             self._frames.close()
             self._frames = None
@@ -200,10 +203,10 @@ class Robot:
         frames = self._frames is not None and self._frames.silent_s() < 1.0
         state: dict[str, Any] = {
             'brain': brain, 'frames': frames, 'body': '', 'state': 'none', 'reason': '',
-            'follows': False, 'hardware': self.is_hardware}
+            'follows': False, 'epoch': '', 'hardware': self.is_hardware}
         if body is not None:
             state.update(body=body.body, state=body.state, reason=body.reason,
-                         follows=body.follows)
+                         follows=body.follows, epoch=body.epoch)
         if state != self._state:
             self._state = state
             self._tell('state', **state)
@@ -226,7 +229,7 @@ class Robot:
         """Say a word."""
         self._senders.said(page, quoted(text))
         self._commands.publish(String(data=text))
-        if not self._node.count_subscribers(f'{self.namespace}/command'):
+        if not self._state.get('brain'):
             self._tell('note', level='bad', text=f'no brain hears {text!r}', keep=False)
 
     def stop(self) -> None:

@@ -39,6 +39,7 @@ class Services:
 
     def __init__(self, node: Node, namespace: str) -> None:
         self._node = node
+        self._waiting: list[tuple[float, str, Any, Answered]] = []
         self._clients = {name: node.create_client(kind, f'{namespace}/{name}')
                          for name, kind in {service: kind for service, kind, _make in
                                             CALLS.values()}.items()}
@@ -46,7 +47,6 @@ class Services:
             SetParameters, f'{namespace}/sim/set_parameters')
         self._clients['brain/get_parameters'] = node.create_client(
             GetParameters, f'{namespace}/brain/get_parameters')
-        self._waiting: list[tuple[float, str, Any, Answered]] = []
 
     def close(self) -> None:
         """Stop asking."""
@@ -84,9 +84,9 @@ class Services:
         if not client.service_is_ready():
             answered(False, f'nobody offers {service} here')
             return
-        future = client.call_async(request)
         entry = (time.monotonic() + ANSWER_S, service, client, answered)
         self._waiting.append(entry)
+        future = client.call_async(request)
 
         def finish(future: Any) -> None:
             if entry in self._waiting:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.bodies.inertia import volume_m3
 from w2b_core.bodies.model import Box, Capsule, Placed, Vector
 from w2b_core.bodies.robot_file.findings import Findings
 from w2b_core.bodies.robot_file.settings import inside
@@ -15,8 +17,6 @@ from w2b_core.bodies.robot_file.urdf_reader import LARGEST_M, Mesh, Piece, UrdfL
 from w2b_core.bodies.turning import to_rpy
 
 Array = NDArray[np.float64]
-#: A mesh this much longer than wide is a capsule.
-SLENDER = 1.6
 #: Share of the vertices that a capsule's radius covers: horns and screws stick out.
 COVERED = 0.9
 MAX_BYTES = 100_000_000
@@ -42,7 +42,7 @@ def stand_ins(link: UrdfLink, folder: Path, found: Findings) -> tuple[Placed, ..
 
 
 def bounding(points: Array, piece: Piece) -> Placed:
-    """Return a capsule around slender points (N, 3) of a piece's frame, else a box."""
+    """Return the smaller of a capsule and a box around points (N, 3) of a piece's frame."""
     turn, at = piece.place.turn, piece.place.at_m
     low, high = points.min(axis=0), points.max(axis=0)
     centred = points - (low + high) / 2
@@ -50,13 +50,13 @@ def bounding(points: Array, piece: Piece) -> Placed:
     along, across = centred @ axes[0], centred - np.outer(centred @ axes[0], axes[0])
     length = float(np.ptp(along))
     radius = float(np.quantile(np.linalg.norm(across, axis=1), COVERED))
-    if length > SLENDER * 2 * radius:
-        radius = max(radius, 1e-4)
+    radius = max(radius, 1e-4)
+    capsule = Capsule(round(length - 2 * radius, 5), round(radius, 5), (0.0, 0.0, 1.0))
+    if length > 2 * radius and volume_m3(capsule) < float(np.prod(high - low)):
         middle = (low + high) / 2 + axes[0] * (along.max() + along.min()) / 2
         axis = turn @ axes[0]
         axis *= np.sign(axis[np.abs(axis).argmax()])
-        return Placed(Capsule(round(max(length - 2 * radius, 0.0), 5), round(radius, 5),
-                              _vector(axis)), _vector(at + turn @ middle))
+        return Placed(replace(capsule, axis=_vector(axis)), _vector(at + turn @ middle))
     size = np.maximum(high - low, 1e-4)
     return Placed(Box(_vector(size)), _vector(at + turn @ ((low + high) / 2)),
                   _vector(np.array(to_rpy(turn))))

@@ -17,14 +17,16 @@ export function showAnswer(answer, say) {
   const greeting = answer.received === 0;
   card.className = greeting ? '' : refused ? 'bad' : answer.level ? 'warn' : 'good';
   const heard = greeting ? '' : `“${answer.text}”: `;
-  const headline = refused ? `refused: ${answer.message}` : answer.message;
+  // Where the brain names a behaviour its message says no more than what is shown below.
+  const brief = answer.behaviour && answer.message.startsWith('following');
+  const headline = refused ? `refused: ${answer.message}` : brief ? `following ${answer.behaviour}` : answer.message;
   write(byId('answer-message'), greeting ? 'The brain listens: no command yet.' : heard + headline);
   const probability = Number(answer.probability);
   const sure = !refused && answer.probability !== undefined && Number.isFinite(probability);
   byId('sure').hidden = !sure;
   if (sure) {
     byId('meter').value = probability;
-    write(byId('sure-text'), `${answer.behaviour} ${(100 * probability).toFixed(0)} %`
+    write(byId('sure-text'), `probability ${probability.toFixed(2)}`
       + (answer.trained === 'no' ? ' · never heard in training' : ''));
   }
   write(byId('nearest'), answer.nearest ? `nearest: ${answer.nearest}` : '');

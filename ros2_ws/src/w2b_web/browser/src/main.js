@@ -65,6 +65,8 @@ const takers = {
   state: state => {
     // A brain that came: what it knows may be new.
     if (state.brain && !shown.state?.brain) setTimeout(() => link.send({ do: 'suggest', text: '' }), 800);
+    // Put back to its start, or started again: the path was another life's.
+    if (!state.hardware && shown.state?.epoch && state.epoch && state.epoch !== shown.state.epoch) view?.clearPath();
     shown.state = state;
     showState(state);
     showNow();

@@ -119,7 +119,9 @@ class Machine:
         if lanes is None:
             lanes = lanes_for(bits) * (DYNAMIC_COULOMB_REGISTERS if slow else 1)
         self.layout = _layout(compiled, bits, lanes, coulomb)
-        self._choose = sweeps is None and slow and world.friction is not None
+        # Where friction slips as well, a body that creeps may be right.
+        self._choose = (sweeps is None and slow and world.friction is not None
+                        and world.slip_m_per_n_s == 0)
         if sweeps is None:
             sweeps = ((0, DYNAMIC_COULOMB_SWEEPS[bits] if slow else COULOMB_SWEEPS) if coulomb
                       else VISCOUS_SWEEPS[bits])
