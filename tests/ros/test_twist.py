@@ -160,7 +160,7 @@ def test_a_brain_that_starts_again_does_not_go_on_with_a_stick_that_is_held(syst
     marks.clear()
     system.start('brain', controller='physical_twin')
     system.wait_for_brain()
-    system.wait_for_status('brain: cmd_vel', 1, 'the brain began since: let go first')
+    system.wait_for_status('brain: cmd_vel', 1, 'let go first')
     system.wait(lambda: len(marks) > 40, 'two seconds of targets')
     assert set(marks) == {'standing'}
     assert np.ptp([list(target.values()) for target in

@@ -120,7 +120,7 @@ def test_what_is_held_while_the_brain_begins_moves_nothing(clock):
 
 
 def test_a_behaviour_that_the_controller_lacks_is_refused(clock):
-    words = words_of(controller_file.load(controller_file.shipped('quadruped')))
+    words = words_of(controller_file.load(controller_file.shipped('physical_twin_serial')))
     assert words == {'stop': 'stop', 'forward': 'forward', 'backward': 'backward'}
     driver = TwistDriver(words, FULL, 1.0, clock)
     clock.now_s += 5.0
