@@ -52,7 +52,7 @@ lint: setup      ## Style and types
 
 docs:            ## Build the documentation's site, strictly; writes out/site/
 	@scripts/setup docs
-	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet --strict && echo "docs: out/site/index.html"
+	@NO_MKDOCS_2_WARNING=1 .venv/docs/bin/mkdocs build --quiet --strict && echo "docs: out/site/index.html"
 
 bench: build     ## Measure the engines' speed and the robot's timing (ARGS=--json)
 	@$(RUN) python scripts/bench $(ARGS)

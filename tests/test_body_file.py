@@ -70,6 +70,6 @@ def test_a_file_with_an_error_is_one_line_and_nothing_is_written(robot):
     done = evolve(robot, 1)
     assert done.returncode == 2
     (line,) = done.stderr.strip().splitlines()
-    assert line.startswith(f'evolve: {robot}: feet.front_left')
+    assert line.startswith(f'evolve: body: {robot}: feet.front_left')
     assert "'left_foot' is no link" in line
     assert not (robot.parent / 'run').exists()

@@ -80,7 +80,7 @@ def test_setup_needs_no_compiler_where_pybullet_has_a_wheel(setup):
 def test_setup_knows_what_it_can_set_up(setup):
     tried = setup(11, 'everything')
     assert (tried.returncode, tried.stdout) == (2, '')
-    assert tried.stderr == "setup: expected demo, all or docs, got 'everything'\n"
+    assert tried.stderr == "setup: expected demo, play, all or docs, got 'everything'\n"
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ to that file. Blocks with one of the titles of `NOT_HERE` are not run.
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 from pathlib import Path
@@ -20,6 +19,7 @@ from demo.ros_session import Domain
 ROOT = Path(__file__).resolve().parents[2]
 TUTORIALS = sorted((ROOT / 'docs' / 'tutorials').glob('*.md'))
 NOT_HERE = ('on the robot', 'on a standard Jazzy', 'takes long')
+MKDOCS = ROOT / '.venv' / 'docs' / 'bin' / 'mkdocs'
 BLOCK = re.compile(r'^```(\w*)(?: title="([^"]*)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 
 
@@ -74,10 +74,10 @@ def test_its_commands_run(page, tmp_path, domain):
             assert re.search(pattern, said), f'not said: {line!r}\n{said}'
 
 
-@pytest.mark.skipif(shutil.which('mkdocs') is None, reason='mkdocs: scripts/setup docs')
+@pytest.mark.skipif(not MKDOCS.exists(), reason='mkdocs: make docs')
 def test_the_site_is_built_strictly_and_asks_no_other_machine(tmp_path):
     done = subprocess.run(
-        ['mkdocs', 'build', '--quiet', '--strict', '--site-dir', tmp_path], cwd=ROOT, text=True,
+        [MKDOCS, 'build', '--quiet', '--strict', '--site-dir', tmp_path], cwd=ROOT, text=True,
         capture_output=True, check=False, timeout=250)
     assert done.returncode == 0, done.stdout + done.stderr
     for page in tmp_path.rglob('*.html'):

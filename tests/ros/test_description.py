@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -14,8 +15,9 @@ from std_msgs.msg import String
 from tests.ros.harness import EVERYTHING, LATCHED
 from w2b_core import bodies
 from w2b_core.bodies.urdf import describe
+from w2b_core.body_status import BodyStatus
 from w2b_description.frames import FrameTree, rotate
-from w2b_ros.ros_messages import stamp_ns
+from w2b_ros.ros_messages import stamp_ns, to_diagnostic
 
 needs_tf2 = pytest.mark.skipif(
     find_spec('tf2_msgs') is None, reason='no tf2_msgs: scripts/build_tf2_msgs needs g++')
@@ -144,6 +146,15 @@ def test_a_body_of_another_programs_plugin_is_named(system):
     system.start('sim', body='table')
     system.set_environment(W2B_PLUGINS=before.get('W2B_PLUGINS', ''))
     system.wait_for_status('description: robot_description', 2, "unknown body 'table'")
+
+
+def test_a_name_from_outside_opens_no_file(system, tmp_path):
+    system.start('description')
+    system.wait_for_status('description: robot_description', 1, 'no body says its name')
+    publisher = system.node.create_publisher(DiagnosticStatus, 'body_status', LATCHED)
+    status = BodyStatus(str(tmp_path / 'robot.yaml'), 'RUNNING', 'test', True, 'a.0', False)
+    publisher.publish(to_diagnostic(status.to_status('test'), 'test'))
+    system.wait_for_status('description: robot_description', 2, 'expected the name of a body')
 
 
 def test_without_tf2_msgs_the_description_is_there_and_the_diagnostics_say_what_to_do(system):

@@ -46,7 +46,8 @@ def test_data_files_are_installed_with_the_modules(installed, environment):
 ROSDEP = {'numpy': 'python3-numpy', 'yaml': 'python3-yaml', 'rich': 'python3-rich',
           'pybullet': 'python3-pybullet-pip', 'numba': 'python3-numba',
           'smbus2': 'python3-smbus2', 'scipy': 'python3-scipy', 'matplotlib': 'python3-matplotlib'}
-NO_KEY = {'gensim', 'imufusion', 'adafruit_pca9685', 'mujoco', 'llvmlite'}
+NO_KEY = {'mcap', 'mcap_ros2', 'zstandard',
+          'gensim', 'imufusion', 'adafruit_pca9685', 'mujoco', 'llvmlite'}
 #: Imported for one mode of a workstation only; the robot must not need them.
 OPTIONAL = {'w2b_hw': {'w2b_sim'}}
 EVERY_PACKAGE = sorted(path.parent.name for path in SOURCES.glob('*/package.xml'))

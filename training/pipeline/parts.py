@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from training.configuration import Count, NotNegative, Positive, Seed, Strict, one_of
-from training.evolution.optimisers import OPTIMISERS, PAPER
+from training.evolution.optimisers import OPTIMISERS
+from training.robust.config import RobustConfig
 from training.robust.objective import AGGREGATES
 from training.robust.settings import (
     Careful,
@@ -26,14 +27,14 @@ class Training(Strict):
     """What the evolution of every seed has in common, see `RobustConfig`."""
 
     world: str = ''
-    population: Annotated[int, Field(ge=2, le=10_000)] = 50
-    physics_steps: Whole = 0
+    population: Annotated[int, Field(ge=2, le=10_000)] = RobustConfig.population
+    physics_steps: Whole = RobustConfig.physics_steps
     randomisation: Randomisation = Randomisation()
     move_noise: NotNegative = 0.02
     careful: Careful | None = Careful()
     touch: Touch = Touch()
-    optimiser: Annotated[str, one_of(OPTIMISERS.names)] = PAPER
-    aggregate: Annotated[str, one_of(lambda: AGGREGATES)] = 'balanced'
+    optimiser: Annotated[str, one_of(OPTIMISERS.names)] = RobustConfig.optimiser
+    aggregate: Annotated[str, one_of(lambda: AGGREGATES)] = RobustConfig.aggregate
 
 
 class Pretrain(Strict):

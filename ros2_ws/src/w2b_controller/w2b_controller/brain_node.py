@@ -17,13 +17,15 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from w2b_controller.twist_input import TwistInput
 from w2b_core.body_status import TOPIC, BodyStatus, BodyStatusError, mark
 from w2b_core.brain import Brain, Targets
-from w2b_core.command import Answer
+from w2b_core.command import Answer, quoted
 from w2b_core.controller import file as controller_file
 from w2b_core.controller.file import Controller
 from w2b_core.hearing import Ear, EarError
 from w2b_core.status import Level, Status
+from w2b_core.twist import Full, TwistDriver, words_of
 from w2b_core.vocabulary import Vocabulary
 from w2b_ros.diagnostics import DiagnosticsReporter
 from w2b_ros.frame_clock import FrameClock
@@ -89,6 +91,15 @@ PARAMETERS = (
     Parameter('imu_topic', 'imu/data',
               'Attitude (sensor_msgs/Imu), for controllers that sense it.',
               when=When.ACTIVATE, topic=True),
+    Parameter('cmd_vel', True, 'Whether velocities (geometry_msgs/Twist) move the robot, too.',
+              when=When.ACTIVATE),
+    Parameter('cmd_vel_topic', 'cmd_vel', 'Velocities of joysticks, keyboards, navigation.',
+              when=When.ACTIVATE, topic=True),
+    Parameter('cmd_vel_timeout', 1.0, 'Seconds that a velocity lasts: without a new one the robot '
+              'stands.', (0.1, 10.0)),
+    Parameter('cmd_vel_speed', 0.18, 'Speed in m/s that counts as full: of a velocity that asks '
+              'for both, the larger share is followed.', (0.01, 10.0)),
+    Parameter('cmd_vel_turn', 0.27, 'Turn in rad/s that counts as full.', (0.01, 20.0)),
     Parameter('body_status_topic', TOPIC,
               'How the body is (diagnostic_msgs/DiagnosticStatus, latched).',
               when=When.ACTIVATE, topic=True),
@@ -111,6 +122,8 @@ class BrainNode(ManagedNode):
         self._vocabulary: Vocabulary | None = None
         self._brain: Brain | None = None
         declare(self, PARAMETERS, state=lambda: self.state_label, applied=self._apply_parameters)
+        self._twist: TwistInput | None = None
+        self._epoch = ''
         self._rival = False
         self._logged = ''
         self._frame_clock = FrameClock(self)
@@ -134,6 +147,11 @@ class BrainNode(ManagedNode):
         if self._brain is not None:
             self._brain.set_timeouts(frame_s=self._number('frame_timeout'),
                                      command_s=self._number('command_timeout'))
+        if self._twist is not None:
+            self._twist.driver.configure(self._full(), self._number('cmd_vel_timeout'))
+
+    def _full(self) -> Full:
+        return Full(self._number('cmd_vel_speed'), self._number('cmd_vel_turn'))
 
     def configure(self) -> None:
         """Load controller and vocabulary (ValueError, OSError)."""
@@ -172,12 +190,21 @@ class BrainNode(ManagedNode):
         if self._brain.uses_imu:
             self._ears.append(self.create_subscription(
                 Imu, self._topic('imu'), self._on_imu, FRAMES_IN))
+        if self.get_parameter('cmd_vel').value:
+            self._twist = TwistInput(
+                self, self._topic('cmd_vel'), TwistDriver(
+                    words_of(self._controller), self._full(), self._number('cmd_vel_timeout'),
+                    time.monotonic),
+                hear=self._on_twist_word, stand=self._stand, renew=self._brain.renew)
 
     def deactivate(self) -> None:
         """Neither listen nor answer: the body gets no more targets."""
         if self._brain is None:
             return
         self._brain = None
+        if self._twist is not None:
+            self._twist.close()
+            self._twist = None
         for subscription in self._ears:
             self.destroy_subscription(subscription)
         self._ears = []
@@ -202,15 +229,33 @@ class BrainNode(ManagedNode):
             time.sleep(0.02)
 
     def _on_command(self, message: String) -> None:
+        if self._hear(message.data) and self._twist is not None:
+            # Who speaks takes over: a velocity that is held since before counts no more.
+            self._twist.driver.block(f'{quoted(message.data)!r} was said')
+
+    def _hear(self, text: str) -> bool:
+        """Hear and answer; return whether it is followed."""
         assert self._brain is not None
         if self._check_rival():
-            answer = self._brain.refuse(message.data, RIVAL)
+            answer = self._brain.refuse(text, RIVAL)
         else:
-            answer = self._brain.hear(message.data)
+            answer = self._brain.hear(text)
             if answer.level is not Level.ERROR:
                 answer = self._brain.with_following(answer, self._body_there())
         self._publish_answer(answer)
         self._log_answer(answer)
+        return answer.level is not Level.ERROR
+
+    def _on_twist_word(self, word: str) -> None:
+        """Hear the word that a velocity asks for."""
+        if not self._hear(word) and self._twist is not None:
+            self._twist.block(f'the brain refused {word!r}')
+
+    def _stand(self, reason: str) -> None:
+        """Let the robot stand because velocities ended."""
+        if self._brain is not None:
+            self._brain.stand(reason)
+            self._tell_if_stopped(of_twist=True)
 
     def _log_answer(self, answer: Answer) -> None:
         """Log an answer, unless it is the last one again: a word may be said every second."""
@@ -236,12 +281,18 @@ class BrainNode(ManagedNode):
             self.get_logger().warning(f'ignored: {error}', throttle_duration_sec=5.0)
             return
         self._brain.body(status)
+        if status.epoch != self._epoch:
+            self._epoch = status.epoch
+            if self._twist is not None:
+                self._twist.block(f'the body is {status.state} ({status.reason})')
         self._tell_news()
 
-    def _tell_if_stopped(self) -> None:
+    def _tell_if_stopped(self, of_twist: bool = False) -> None:
         """Take back the answer to a word that ended by itself."""
         answer = None if self._brain is None else self._brain.stopped()
         if answer is not None:
+            if not of_twist and self._twist is not None:
+                self._twist.driver.block(answer.message)
             self._publish_answer(answer)
             self._logged = ''
             self.get_logger().warning(answer.message)
@@ -262,6 +313,9 @@ class BrainNode(ManagedNode):
         self._answers.publish(to_diagnostic(status, self._hardware_id()))
 
     def _on_joint_states(self, message: JointState) -> None:
+        if self._twist is not None:
+            # Before the answer: on a busy machine the timer may come late.
+            self._twist.check()
         if self._brain is not None and not self._check_rival():
             self._send(self._brain.joint_states(
                 stamp_ns(message.header.stamp), message.name, message.position))
@@ -316,8 +370,9 @@ class BrainNode(ManagedNode):
             return [Status(Level.WARN, 'brain: frames', message),
                     Status(Level.WARN, 'brain: command', message)]
         self._tell_news()
+        twist = [] if self._twist is None else [self._twist.status()]
         return [self._frames_status(self._brain.frames_status()),
-                self._command_status(self._brain.command_status())]
+                self._command_status(self._brain.command_status()), *twist]
 
     def _frames_status(self, status: Status) -> Status:
         topic = self._topic('joint_states')

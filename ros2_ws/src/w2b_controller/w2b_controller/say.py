@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 NO_BRAIN = f'no brain listens: start one with `{w2b_command("brain")}`'
+#: Of an endpoint's name, those that all endpoints of a process share (RTPS 2.3, section 9.3).
+PARTICIPANT_BYTES = 12
 FOLLOWED, REFUSED, UNANSWERED, NOT_FOLLOWED = 0, 1, 2, 3
 #: Help of the option of `say` and `console`.
 UNDERSTOOD = 'do not wait for a body that follows: the exit code tells what the brain understood'
@@ -83,8 +85,7 @@ class Messenger:
 
         from w2b_core.command import quoted
         deadline_s = time.monotonic() + timeout_s
-        self._spin(deadline_s, lambda: self._publisher.get_subscription_count() > 0
-                   and self._answer is not None, NO_BRAIN)
+        self._spin(deadline_s, self._reaches_the_brain, NO_BRAIN)
         before = values_of(self._answer)['received']
         self._publisher.publish(self._string(data=text))
 
@@ -103,6 +104,20 @@ class Messenger:
                 break
             rclpy.spin_once(self._node, timeout_sec=0.05)
         return answer
+
+    def _reaches_the_brain(self) -> bool:
+        """
+        Return whether the process that answers is one of those that hear a command.
+
+        Others may hear it too, and be found earlier: a recorder, the page, `w2b echo`.
+        """
+        if self._answer is None or not self._publisher.get_subscription_count():
+            return False
+        answering, hearing = (
+            {bytes(end.endpoint_gid[:PARTICIPANT_BYTES]) for end in ends} for ends in (
+                self._node.get_publishers_info_by_topic(self._subscription.topic_name),
+                self._node.get_subscriptions_info_by_topic(self._publisher.topic_name)))
+        return bool(answering) and answering <= hearing
 
     def _spin(self, deadline_s: float, condition: Callable[[], bool], reason: str) -> None:
         import rclpy

@@ -88,6 +88,8 @@ class Brain:
         #: Stamp of the first target that follows the word.
         self._word_stamp_ns: int | None = None
         self._heard_at_s = clock()
+        #: When the word was last kept up, which makes it no newer: see `renew`.
+        self._renewed_at_s = clock()
         self._stopped: Answer | None = None
         self._answer: Answer | None = None
         self._told: Following | None = None
@@ -138,6 +140,14 @@ class Brain:
             self._doing = f'following {answer.follows!r}'
             self._word_epoch, self._word_stamp_ns = epoch, None
         return answer
+
+    def renew(self) -> None:
+        """
+        Let the word last longer: whoever asked for it still does.
+
+        For `command_timeout_s` only. In which epoch of the body it was said stays as it is.
+        """
+        self._renewed_at_s = self._clock()
 
     def body(self, status: BodyStatus) -> None:
         """Take what the body says of itself: a new epoch ends the word said before it."""
@@ -281,7 +291,7 @@ class Brain:
 
     def end_old_word(self) -> None:
         """Stand if the word is older than `command_timeout_s`, whether frames come or not."""
-        age_s = self._clock() - self._heard_at_s
+        age_s = self._clock() - max(self._heard_at_s, self._renewed_at_s)
         if self._mind.follows and 0 < self._command_timeout_s < age_s:
             self.stand(f'the last word was said {self._command_timeout_s:g} s ago: '
                        'say it again to go on')

@@ -38,7 +38,8 @@ def _check_prefix(value: str) -> None:
 
 
 PARAMETERS = (
-    Parameter('body', '', 'Body to describe; empty: the one that says its name on body_status.',
+    Parameter('body', '', 'Body to describe, or the file of one; empty: the one that says its name '
+              'on body_status.',
               when=When.START, check=_check_body),
     Parameter('frame_prefix', '', 'Before the names of the frames, such as dog1/: the same as of '
               'the body.', when=When.START, check=_check_prefix),
@@ -96,7 +97,10 @@ class DescriptionNode(Node):
         except BodyStatusError as error:
             self.get_logger().warning(f'ignored: {error}', throttle_duration_sec=5.0)
             return
-        if self._body is None or self._body.name != status.body:
+        # A name that comes from outside opens no file.
+        if bodies.is_file(status.body):
+            self._problem = f'{TOPIC}: expected the name of a body, got {status.body[:80]!r}'
+        elif self._body is None or self._body.name != status.body:
             self._become(status.body)
 
     def _become(self, name: str) -> None:
@@ -104,7 +108,8 @@ class DescriptionNode(Node):
         try:
             self._body = bodies.get(name)
         except ValueError as error:
-            self._problem = f'{error}; name the file of its plugin in W2B_PLUGINS, as for the body'
+            self._problem = f'{error}; start this node with -p body:=FILE, or with its plugin in ' \
+                            'W2B_PLUGINS, as the body'
             return
         self._problem = self._foreign = ''
         urdf = describe(self._body)

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 
 from w2b_core import bodies
 from w2b_core.behaviours import BEHAVIOURS
-from w2b_core.bodies.urdf import to_urdf
+from w2b_core.bodies.urdf import describe
 from w2b_core.body_status import TOPIC, BodyStatus, BodyStatusError
 from w2b_core.command import quoted
 from w2b_core.following import BodyWatch
@@ -111,7 +111,7 @@ class Robot:
 
     def _draw(self, name: str) -> None:
         try:
-            drawn = shape.read(to_urdf(bodies.get(name)))
+            drawn = shape.read(describe(bodies.get(name)))
         except ValueError as error:
             drawn = {'name': name, 'links': [], 'joints': [], 'notes': [
                 f'{error}; publish its URDF on robot_description to see it']}

@@ -48,7 +48,9 @@ VISUALS: Registry[Callable[[], Visuals]] = Registry('visuals')
 
 def of(body: Body) -> Visuals:
     """Return the visuals of a body's links; empty for a body that is drawn as its shapes."""
-    return VISUALS.get(body.name)() if body.name in VISUALS else {}
+    found = VISUALS.get(body.name)() if body.name in VISUALS else {}
+    # Another body may have the name: its links are others.
+    return found if set(found) <= {link.name for link in body.links} else {}
 
 
 def _physical_twin() -> Visuals:
