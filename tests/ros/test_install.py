@@ -45,11 +45,13 @@ def test_data_files_are_installed_with_the_modules(installed, environment):
 #: Keys of rosdep for libraries from PyPI; those without one are in requirements/.
 ROSDEP = {'numpy': 'python3-numpy', 'yaml': 'python3-yaml', 'rich': 'python3-rich',
           'pybullet': 'python3-pybullet-pip', 'numba': 'python3-numba',
-          'smbus2': 'python3-smbus2', 'scipy': 'python3-scipy', 'matplotlib': 'python3-matplotlib'}
+          'smbus2': 'python3-smbus2', 'scipy': 'python3-scipy', 'matplotlib': 'python3-matplotlib',
+          'aiohttp': 'python3-aiohttp', 'defusedxml': 'python3-defusedxml'}
 NO_KEY = {'mcap', 'mcap_ros2', 'zstandard',
           'gensim', 'imufusion', 'adafruit_pca9685', 'mujoco', 'llvmlite'}
-#: Imported for one mode of a workstation only; the robot must not need them.
-OPTIONAL = {'w2b_hw': {'w2b_sim'}}
+#: Imported for one mode of a workstation only; the robot must not need them. `rich` draws the bar
+#: of an installation of vectors, `trimesh` reads meshes of a robot that is imported.
+OPTIONAL = {'w2b_hw': {'w2b_sim'}, 'w2b_core': {'rich'}, 'w2b_sim': {'trimesh'}}
 EVERY_PACKAGE = sorted(path.parent.name for path in SOURCES.glob('*/package.xml'))
 
 
