@@ -169,7 +169,7 @@ def test_a_whole_number_will_do_for_a_number(system):
     described = system.call(DescribeParameters, 'sim/describe_parameters',
                             DescribeParameters.Request(names=names)).descriptors
     assert [(one.floating_point_range[0].to_value, one.read_only) for one in described] == [
-        (100.0, True), (1.0, False)]
+        (100.0, False), (1.0, False)]
     request = SetParameters.Request(parameters=[
         RosParameter('start_height', value=value).to_parameter_msg() for value in (1, 2, 'high')])
     taken, beyond, text = system.call(SetParameters, 'sim/set_parameters', request).results
