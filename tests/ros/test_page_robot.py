@@ -76,11 +76,12 @@ def arm(pages, page):
     """Arm it by the page: the attitude filter settles first; a busy machine is late at times."""
     refused = -1
     while page.last('state')['state'] != 'ACTIVE':
-        if page.notes().count('arm: ') > refused and page.last('state')['state'] == 'DISARMED':
+        if page.notes().count('arm: ') > refused and page.last('state')['state'] in (
+                'DISARMED', 'FAULT'):
             pages.system.wait_for_status('brain: frames', 0)
             refused = page.notes().count('arm: ')
             page.send('arm', confirmed=True)
-        pages.wait(lambda before=refused: page.last('state')['state'] in ('ACTIVE', 'FAULT')
+        pages.wait(lambda before=refused: page.last('state')['state'] == 'ACTIVE'
                    or page.notes().count('arm: ') > before, 'the robot armed')
 
 

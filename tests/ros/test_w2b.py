@@ -45,7 +45,9 @@ def test_hardware_is_armed_stopped_and_disarmed(system, tmp_path):
         assert 'targets' in w2b(system, 'arm', code=1), 'refused: no brain sends targets'
         system.start('brain', controller='physical_twin_serial')
         system.wait(lambda: system.targets_rad, 'targets')
-        w2b(system, 'arm')
+        assert 'arming' in w2b(system, 'arm')
+        system.wait(lambda: robot.state() in ('ARMING', 'ACTIVE'), 'that it arms')
+        robot.arm()  # again what a busy machine disarmed meanwhile
         robot.wait_for_state('ACTIVE')
         assert robot.all_driven()
         w2b(system, 'stop')
