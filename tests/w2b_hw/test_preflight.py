@@ -151,7 +151,7 @@ def test_one_of_twelve_calibrated_servos_is_not_ready_unless_it_is_allowed(tmp_p
     check = preflight.check_calibration(path)
     assert check.grade is Grade.FAIL
     assert '1 of 12 servos are calibrated; not back_left_hip' in check.found
-    assert 'zero (z) and mark (m)' in check.fix
+    assert 'zero (z), mark (m) and direction (t)' in check.fix
     assert preflight.check_calibration(path, allow_uncalibrated=True).grade is Grade.WARN
     command = [sys.executable, '-m', 'w2b_hw.preflight', '--transport', 'emulated',
                '--calibration', str(path)]
