@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from demo.robot import Motion
+from w2b_core.bodies import visuals
 from w2b_core.bodies.model import Body
 from w2b_core.bodies.urdf import to_urdf
 from w2b_sim.engines.quiet_pybullet import pybullet
@@ -58,7 +59,8 @@ class Camera:
         pybullet.setAdditionalSearchPath(pybullet_data.getDataPath(), **here)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / 'body.urdf'
-            file.write_text(to_urdf(body, capsule_element=True), encoding='utf-8')
+            file.write_text(to_urdf(body, capsule_element=True, visuals=visuals.of(body)),
+                            encoding='utf-8')
             self._robot = pybullet.loadURDF(str(file), useFixedBase=True, **here)
         numbers = {pybullet.getJointInfo(self._robot, number, **here)[1].decode(): number
                    for number in range(pybullet.getNumJoints(self._robot, **here))}
