@@ -71,8 +71,10 @@ class Hub:
     # -- from the robots, any thread
 
     def from_ros(self, act: Callable[..., None], *arguments: Any) -> None:
-        """Call one of the methods below in the server's thread."""
-        if self.loop is not None and not self.loop.is_closed():
+        """Call one of the methods below in the server's thread; in this one while none runs."""
+        if self.loop is None or self.loop.is_closed():
+            act(*arguments)
+        else:
             self.loop.call_soon_threadsafe(act, *arguments)
 
     def robots(self, names: list[str]) -> None:

@@ -184,8 +184,6 @@ class PageNode(ManagedNode):
             self, self._ears, name, self._hub, partial(self._lights.silent, name))
                         for name in names}
         self._hub.from_ros(self._hub.robots, names)
-        if self._hub.loop is None:
-            self._hub.robots(names)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
