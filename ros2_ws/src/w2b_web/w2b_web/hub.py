@@ -132,9 +132,9 @@ class Hub:
             client.malformed += 1
             client.tell(message('note', level='bad', text=f'not understood: {error}'))
             return client.malformed < MOST_MALFORMED
+        robot = client.robot if request.robot is None else request.robot
         if request.do in URGENT:
-            self._robots.request(client.robot if request.robot is None else request.robot,
-                                 request, client.number)
+            self._robots.request(robot, request, client.number)
             return True
         if not client.messages.allow():
             return False
@@ -150,7 +150,6 @@ class Hub:
             words = self._robots.suggest(client.robot, request.text)
             client.tell(message('words', prefix=request.text, words=words))
         else:
-            robot = client.robot if request.robot is None else request.robot
             self._robots.request(robot, request, client.number)
         return True
 

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Sequence
 from functools import partial
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 
 from w2b_core.status import Level, Status
 from w2b_ros.diagnostics import DiagnosticsReporter
@@ -187,10 +187,7 @@ class PageNode(ManagedNode):
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            self._take_light(status)
-
-    def _take_light(self, status: DiagnosticStatus) -> None:
-        self._lights.take(status.name, status.level[0], status.message)
+            self._lights.take(status.name, status.level[0], status.message)
 
     def _statuses(self) -> Sequence[Status]:
         if self._server is None:
