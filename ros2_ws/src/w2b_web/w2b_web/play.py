@@ -60,7 +60,8 @@ def processes(options: argparse.Namespace) -> dict[str, list[str]]:
         If the controller cannot be read.
 
     """
-    body = controller_file.load(controller_file.resolve(options.robot)).body
+    body = controller_file.body_argument(
+        controller_file.load(controller_file.resolve(options.robot)), options.robot)
     if options.hardware is None:
         node, moved_by = 'sim', {'engine': options.engine}
     else:
