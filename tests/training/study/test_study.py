@@ -205,20 +205,31 @@ def test_killed_and_started_again_nothing_is_lost_or_done_twice(tmp_path: Path) 
         finally:
             process.kill()
             process.wait()
-    runs, place = parse_config(data).runs(), StudyDirectory(study)
-    # Killed between its result and the journal's line about it, a run stays without that line.
-    unsaid = {run.run_id for run in runs if place.done(run, 60)
-              and not completions(place, [run])[run.run_id]}
     last = run_command('study', file, '--out', study, '--workers', '2')
     assert last.returncode == 0, last.stderr
     assert '4 of 4 runs' in last.stdout
     assert champions(study) == champions(tmp_path / 'whole')
-    times = completions(place, runs)
-    assert all(times[run.run_id] == 1 for run in runs if run.run_id not in unsaid), times
-    assert max(times.values()) == 1, times
+    runs = parse_config(data).runs()
+    assert completions(StudyDirectory(study), runs) == {run.run_id: 1 for run in runs}
     started = [sum(event['event'] == 'started' for event in journal(path))
                for path in study.glob('runs/*/journal.jsonl')]
     assert max(started) > 1, 'the kills came too late to test anything'
+
+
+def test_a_run_killed_before_its_journals_last_line_gets_it_from_the_next_start(
+        tmp_path: Path) -> None:
+    run_inline(plain(), tmp_path)
+    [unsaid, _other] = sorted(tmp_path.glob('runs/*/journal.jsonl'))
+    started, _completed = unsaid.read_text().splitlines(keepends=True)
+    unsaid.write_text(started + '{"event": "comple')
+    before = stamps(tmp_path), champions(tmp_path)
+    again = run_inline(plain(), tmp_path)
+    assert (again.errors, again.in_store) == ([], 2)
+    runs = parse_config(plain()).runs()
+    assert completions(StudyDirectory(tmp_path), runs) == {run.run_id: 1 for run in runs}
+    assert [event['event'] for event in journal(unsaid)] == ['started', 'completed']
+    assert (stamps(tmp_path), champions(tmp_path)) == before, 'nothing is evolved again'
+    assert run_inline(plain(), tmp_path).evolved == []
 
 
 def test_damaged_lines_of_a_journal_are_passed_over(tmp_path: Path) -> None:
