@@ -6,8 +6,7 @@ import json
 import os
 import resource
 import subprocess
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -26,6 +25,7 @@ from tests.training.study_files import (
     seeds,
     write,
 )
+from tests.waiting import wait_until
 from training.configuration import ConfigError
 from training.study.config import parse_config
 from training.study.directory import (
@@ -58,13 +58,6 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert (len(report.evolved), len(report.rescored), report.in_store) == (2, 2, 2)
     assert report.errors == []
     return study
-
-
-def wait_until(condition: Callable[[], bool], what: str, deadline_s: float = 120.0) -> None:
-    end = time.monotonic() + deadline_s
-    while not condition():
-        assert time.monotonic() < end, f'{what} did not come'
-        time.sleep(0.02)
 
 
 def test_every_run_says_where_it_comes_from(done: Path) -> None:
