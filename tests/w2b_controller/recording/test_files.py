@@ -160,7 +160,7 @@ def test_a_disk_that_fills_up_at_the_end_is_told_in_a_line(tmp_path, monkeypatch
     def full(descriptor):
         raise OSError(errno.ENOSPC, 'No space left on device')
     monkeypatch.setattr(os, 'fsync', full)
-    with pytest.raises(RecordingError, match='expected to write on, got .*No space left'):
+    with pytest.raises(RecordingError, match=r'expected to write on, got .*No space left'):
         end(writer)
 
 
