@@ -8,7 +8,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
-from tests.ros.page_client import PageClient, free_port
+from tests.ros.page_client import PageClient
+from tests.w2b_web.serving import free_port
 from w2b_controller.say import values_of
 from w2b_core.body_status import TOPIC
 
@@ -256,7 +257,6 @@ def test_it_costs_little_at_20_frames_a_second(pages, system):
         before, began_s, frames = process.cpu_times(), time.monotonic(), page.frames()
         pages.wait(lambda: page.frames() >= frames + 200, '200 frames')
         after, took_s = process.cpu_times(), time.monotonic() - began_s
-        took_s = time.monotonic() - began_s
         return (after.user + after.system - before.user - before.system) / took_s, \
             (page.frames() - frames) / took_s
     share, rate_hz = measure()

@@ -6,7 +6,8 @@ import re
 import psutil
 import pytest
 
-from tests.ros.page_client import PageClient, free_port
+from tests.ros.page_client import PageClient
+from tests.w2b_web.serving import free_port
 from w2b_web.play import has_display, processes
 
 
