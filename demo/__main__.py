@@ -78,12 +78,12 @@ def run(out: Path, controller_name: str, engine: str, console: Console) -> int:
                 shown.append(found)
                 failures += _contradicts(found[0], body.length_m)
             accepted, refusal = robot.say(MISSPELT)
-            console.print(f'[bold]{MISSPELT}[/bold]: {refusal.splitlines()[0]}')
+            console.print(f'[bold]{MISSPELT}[/bold]: {refusal}')
             if accepted:
                 failures.append(f'{MISSPELT} is no word, and was accepted')
         finally:
             rclpy.try_shutdown()
-    _write_table(console, shown, refusal.splitlines()[0], out)
+    _write_table(console, shown, refusal, out)
     for failure in failures:
         console.print(f'demo: {failure}', style='red', markup=False)
     console.print('Drawing the robot ...')
@@ -100,7 +100,6 @@ def run(out: Path, controller_name: str, engine: str, console: Console) -> int:
 def _say(robot: Robot, line: Line, controller: Controller, stand_m: float,
          console: Console) -> tuple[Seen, Motion]:
     accepted, answer = robot.say(line.word)
-    answer = answer.splitlines()[0]
     console.print(f'[bold]{line.word}[/bold]: {answer}', highlight=False)
     if accepted != bool(line.behaviour):
         raise RuntimeError(f'{line.word} was {"" if accepted else "not "}accepted: {answer}')

@@ -71,13 +71,19 @@ class Robot:
         self._reset = self._node.create_client(Trigger, 'sim/reset')
 
     def say(self, words: str) -> tuple[bool, str]:
-        """Run `say`; return whether the brain accepted the words, and its answer."""
+        """
+        Run `say`; return whether the brain accepted the words, and the first line of its answer.
+
+        Words are said to a paused simulation: that no body follows yet is left out.
+        """
         try:
             done = subprocess.run(['say', '--understood', words], env=self._session.environment,
                                   text=True, capture_output=True, timeout=DEADLINE_S, check=False)
         except subprocess.TimeoutExpired as error:
             raise RuntimeError(f'say {words!r} did not end in {DEADLINE_S:.0f} s') from error
-        return done.returncode == 0, (done.stdout + done.stderr).strip()
+        accepted = done.returncode == 0
+        answer = (done.stdout if accepted else done.stderr).strip()
+        return accepted, answer.partition('\n')[0].partition('; no body follows')[0]
 
     def start_over(self) -> None:
         """Pause the sim and put the robot back to its start."""

@@ -96,3 +96,13 @@ def test_the_command_tells_the_creep_and_the_cost(capsys):
     times = [float(row[3].rstrip('x')) for row in rows]
     assert times[0] == 1.0
     assert times[-1] > 2.0
+
+
+@pytest.mark.parametrize(('arguments', 'message'), [
+    (['nobody'], "unknown body 'nobody'"),
+    (['physical_twin', '--physics-steps', '0'], '--physics-steps: expected at least 1, got 0')])
+def test_what_the_command_cannot_do_is_one_line(capsys, arguments, message):
+    assert training.main(['standing', *arguments]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count('\n') == 1

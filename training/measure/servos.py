@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.judge.command import commands_of
-from w2b_core import bodies
 from w2b_core.controller import file as controller_file
 from w2b_core.controller.model import Controller
 from w2b_sim.engines import registry
@@ -96,7 +95,7 @@ def facts(recording: Recording, joints: list[str], stall_nm: Array, motor: Motor
 
 def measured(controller: Controller, engine: str, seconds: float) -> dict[str, Facts]:
     """Return the facts of every behaviour (ValueError as `judge` raises it)."""
-    body = bodies.get(controller.body)
+    body = controller.described()
     world = WORLDS[body.world]
     simulation = registry.make_simulation(engine, body, world)
     stall = np.array([joint.servo.max_torque_nm for joint in body.joints])

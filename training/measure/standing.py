@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from dataclasses import replace
 from time import perf_counter
 
@@ -36,10 +37,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Print the table; return the exit code."""
-    body = bodies.get(args.body)
-    engine = BatchedEngine(body, WORLDS[body.world], args.precision,
-                           physics_steps=args.physics_steps)
+    """Print the table; return the exit code: 0, or 2 for an error."""
+    try:
+        if args.physics_steps is not None and args.physics_steps < 1:
+            raise ValueError(f'--physics-steps: expected at least 1, got {args.physics_steps}')
+        body = bodies.get(args.body)
+        engine = BatchedEngine(body, WORLDS[body.world], args.precision,
+                               physics_steps=args.physics_steps)
+    except (ValueError, OSError) as error:
+        print(f'standing: {" ".join(str(error).split())}', file=sys.stderr)
+        return 2
     chosen = engine.sweeps[1]
     rows = []
     for sweeps in sorted({chosen, engine.usual_sweeps[1], *LADDER}):

@@ -82,6 +82,11 @@ class StudyDirectory:
         summary = self.summary(run.run_id)
         return summary is not None and summary.get('generations') == generations
 
+    def noted(self, run: RunSpec, generations: int) -> bool:
+        """Return whether the run's journal says that it was completed with `generations`."""
+        return any(event.get('event') == 'completed' and event.get('generations') == generations
+                   for event in journal(self.run_directory(run.run_id) / 'journal.jsonl'))
+
     def adopt(self, config: dict[str, Any], identity: dict[str, Any]) -> None:
         """
         Take the study up: check `identity` against every run there is, then note `config`.

@@ -88,7 +88,9 @@ def tasks_of(config: StudyConfig, study: StudyDirectory, made: dict[str, Any],
                                 in_pybullet=most is None or arms[arm] <= most)
                            for kind in KINDS)
         evolved = study.done(run, config.generations)
-        if 'evolve' in kinds and not evolved:
+        # A run that was killed between its summary and its journal's line lacks the line: whoever
+        # holds its claim writes it, and evolves nothing.
+        if 'evolve' in kinds and not (evolved and study.noted(run, config.generations)):
             tasks.append(evolve)
         if 'rescore' in kinds and (evolved or 'evolve' in kinds) and not (
                 evolved and rescored(rescore, study.run_directory(run.run_id))):

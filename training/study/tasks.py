@@ -31,7 +31,6 @@ from training.study.directory import (
     StudyDirectory,
     StudyError,
     append_line,
-    journal,
     locked,
     may_grow,
     read_json,
@@ -142,8 +141,7 @@ def _evolve(task: Task, place: StudyDirectory, directory: Path, pause: Pause) ->
                evaluator=_evaluator(config.engine, config.body, config.precision),
                program={'results_sha256': task.identity['results_sha256']})
         cpu_s = round(time.process_time() - began, 3)
-    if not any(event.get('event') == 'completed' and event.get('generations') == generations
-               for event in journal(log)):
+    if not place.noted(wanted, generations):
         append_line(log, 'completed', generations=generations, cpu_s=cpu_s)
     (directory / 'progress.json').unlink(missing_ok=True)
 

@@ -7,11 +7,13 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.waiting import wait_until
 from training.__main__ import COMMANDS, main
 from training.evolution.evolve import parse_words
 
@@ -57,6 +59,14 @@ def test_a_run_ends_with_a_table_and_a_controller_file(unbroken):
     assert best[-1] > best[0], 'fitness rises'
 
 
+def written_ns(path):
+    return path.stat().st_mtime_ns if path.exists() else 0
+
+
+def newer_or_over(path, before_ns, process):
+    return written_ns(path) > before_ns or process.poll() is not None
+
+
 def test_killed_runs_on_two_processes_end_in_the_same_champion(unbroken, tmp_path):
     """SIGKILL after the first checkpoint, twice; then to the end, with another process count."""
     options = ('evolve', *SMALL, '--generations', '5', '--out', str(tmp_path),
@@ -64,13 +74,10 @@ def test_killed_runs_on_two_processes_end_in_the_same_champion(unbroken, tmp_pat
     checkpoint = tmp_path / 'checkpoint.npz'
     done = []
     for _ in range(2):
-        before = checkpoint.stat().st_mtime_ns if checkpoint.exists() else 0
+        before = written_ns(checkpoint)
         process = command(*options, '2')
-        deadline = time.monotonic() + 120
-        while not (checkpoint.exists() and checkpoint.stat().st_mtime_ns > before):
-            assert process.poll() is None, process.communicate()[1]
-            assert time.monotonic() < deadline, 'no checkpoint'
-            time.sleep(0.02)
+        wait_until(partial(newer_or_over, checkpoint, before, process), 'a checkpoint')
+        assert process.poll() is None, process.communicate()[1]
         process.send_signal(signal.SIGKILL)
         assert finish(process)[0] == -signal.SIGKILL
         with np.load(checkpoint) as state:

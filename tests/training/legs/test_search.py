@@ -5,13 +5,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from tests.waiting import wait_until
 from training.evolution.checkpoint import CheckpointError
 from training.legs.examine import reason_to_drop
 from training.legs.first import first_genomes
@@ -81,19 +81,16 @@ def test_the_command_survives_kill_9_and_gives_the_same_champion(small, tmp_path
     assert whole.returncode == 0, whole.stderr
     process = subprocess.Popen([*command, str(tmp_path / 'killed')], env=environment, cwd=ROOT,
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    deadline = time.monotonic() + 200
-    while not (tmp_path / 'killed' / 'seeds' / '0' / HISTORY).exists():
-        assert time.monotonic() < deadline
-        assert process.poll() is None
-        time.sleep(0.05)
+    history = tmp_path / 'killed' / 'seeds' / '0' / HISTORY
+    wait_until(lambda: history.exists() or process.poll() is not None, 'a history', 200)
+    assert process.poll() is None
     children = [int(pid) for pid in Path(
         f'/proc/{process.pid}/task/{process.pid}/children').read_text().split()]
     assert children
     process.send_signal(signal.SIGKILL)
     process.wait(30)
-    while any(Path(f'/proc/{pid}').exists() for pid in children):
-        assert time.monotonic() < deadline, f'{children} outlive the command'
-        time.sleep(0.1)
+    wait_until(lambda: not any(Path(f'/proc/{pid}').exists() for pid in children),
+               f'the end of {children}, which outlive the command,')
     resumed = subprocess.run([*command, str(tmp_path / 'killed')], capture_output=True, text=True,
                              env=environment, cwd=ROOT, timeout=250)
     assert resumed.returncode == 0, resumed.stderr

@@ -1,5 +1,8 @@
 """What a controller asks of its servos; and that the robot's limits fit the gaits that ship."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -141,3 +144,13 @@ def test_the_command_prints_a_table(capsys):
         'stop', 'forward', 'backward', 'left', 'right', 'sit']
     assert main(['servos', 'physical_twin', '--seconds', '1']) == 2
     assert 'expected 2 to 3600' in capsys.readouterr().err
+
+
+def test_the_servos_of_a_body_that_the_controller_carries_are_meant(capsys):
+    from training.__main__ import main
+
+    own = Path(__file__).resolve().parents[3] / 'examples' / 'robots' / 'dog12_legs.json'
+    assert main(['servos', str(own), '--seconds', '2', '--json']) == 0
+    found = json.loads(capsys.readouterr().out)
+    joints = {joint.name for joint in controller_file.load(own).described().joints}
+    assert {one['hottest_joint'] for one in found.values()} <= joints

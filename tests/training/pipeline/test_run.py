@@ -172,6 +172,17 @@ def test_more_seeds_may_follow_and_other_words_may_not(monkeypatch, tmp_path, sp
         go(other, tmp_path, Trials(), monkeypatch)
 
 
+def test_other_stages_of_evolution_may_not_follow(monkeypatch, tmp_path, spied):
+    recipe = small('physical_twin')
+    go(recipe, tmp_path, Trials(), monkeypatch)
+    walk = recipe.steps[1]
+    longer = walk.model_copy(update={'stages': tuple(
+        replace(stage, generations=stage.generations + 1) for stage in walk.stages)})
+    with pytest.raises(ValueError, match='seed_0000: holds another run: '):
+        go(recipe.model_copy(update={'steps': (recipe.steps[0], longer, *recipe.steps[2:])}),
+           tmp_path, Trials(), monkeypatch)
+
+
 def test_a_damaged_file_of_candidates_is_named(monkeypatch, tmp_path, spied):
     go(small('physical_twin'), tmp_path, Trials(), monkeypatch)
     (tmp_path / 'steps' / '1_walk.npz').write_bytes(b'half')

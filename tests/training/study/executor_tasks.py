@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
-import time
 from pathlib import Path
+
+from tests.waiting import wait_until
 
 
 def perform(task: tuple[str, str, str]) -> str:
@@ -32,16 +33,9 @@ def attempts(folder: str | Path, name: str) -> list[int]:
 
 def wait_for(path: Path, deadline_s: float = 60.0) -> None:
     """Return when `path` exists."""
-    end = time.monotonic() + deadline_s
-    while not path.exists():
-        assert time.monotonic() < end, f'{path} never came'
-        time.sleep(0.02)
+    wait_until(path.exists, str(path), deadline_s)
 
 
 def wait_for_attempt(folder: Path, name: str, deadline_s: float = 60.0) -> int:
     """Return the process that took a task up first, once one has."""
-    end = time.monotonic() + deadline_s
-    while not attempts(folder, name):
-        assert time.monotonic() < end, f'nobody took up {name}'
-        time.sleep(0.02)
-    return attempts(folder, name)[0]
+    return wait_until(lambda: attempts(folder, name), f'an attempt at {name}', deadline_s)[0]

@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 import subprocess
-import time
 from pathlib import Path
 
 import psutil
 
 from tests.training.study_files import command, environment, run_inline, seeds, write
+from tests.waiting import wait_until
 from training.study.config import parse_config
 from training.study.directory import StudyDirectory, completions, journal
 
 
 def first_at_work(study: Path, process: subprocess.Popen[str], deadline_s: float = 120.0) -> int:
     """Return the process of the worker that began the first run."""
-    end = time.monotonic() + deadline_s
-    while process.poll() is None:
-        assert time.monotonic() < end, 'no run was begun'
-        for path in study.glob('runs/*/journal.jsonl'):
-            for event in journal(path):
-                return int(event['process'])
-        time.sleep(0.02)
-    raise AssertionError(f'the study ended before a run was begun: {process.communicate()}')
+    def begun() -> list[int]:
+        return [int(event['process']) for path in study.glob('runs/*/journal.jsonl')
+                for event in journal(path)]
+
+    wait_until(lambda: begun() or process.poll() is not None, 'a run that is begun', deadline_s)
+    assert process.poll() is None, f'the study ended too early: {process.communicate()}'
+    return begun()[0]
 
 
 def test_every_run_completes_exactly_once_though_a_worker_is_killed(tmp_path: Path) -> None:

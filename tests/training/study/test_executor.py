@@ -13,6 +13,7 @@ import psutil
 import pytest
 
 from tests.training.study.executor_tasks import attempts, perform, wait_for, wait_for_attempt
+from tests.waiting import wait_until
 from training.study.executor import (
     DaskExecutor,
     Executor,
@@ -34,6 +35,14 @@ def until_done(executor: Executor, count: int, deadline_s: float = 90.0) -> dict
             assert task[1] not in results, 'a task came back twice'
             results[task[1]] = result
     return results
+
+
+def is_over(process: psutil.Process) -> bool:
+    """Return whether a process is gone, or a zombie that nobody has reaped yet: not at work."""
+    try:
+        return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
 
 
 @pytest.fixture
@@ -90,11 +99,7 @@ def test_local_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
     finally:
         parent.kill()
         parent.wait()
-    # Gone, or a zombie that nobody has reaped yet: not at work.
-    end = time.monotonic() + 30
-    while worker.is_running() and worker.status() != psutil.STATUS_ZOMBIE:
-        assert time.monotonic() < end, 'the worker outlived its parent'
-        time.sleep(0.05)
+    wait_until(lambda: is_over(worker), "the end of its killed parent's worker", 30)
 
 
 def test_no_scheduler_is_a_clear_error() -> None:

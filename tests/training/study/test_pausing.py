@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -19,18 +18,12 @@ from tests.training.study_files import (
     seeds,
     write,
 )
+from tests.waiting import wait_until
 from training.study import pausing
 from training.study.commands.status import projection
 from training.study.config import parse_config
 from training.study.directory import StudyDirectory, in_use, locked
 from training.study.provenance import utc_now
-
-
-def wait_until(condition: Callable[[], bool], what: str, deadline_s: float = 120.0) -> None:
-    end = time.monotonic() + deadline_s
-    while not condition():
-        assert time.monotonic() < end, f'{what} did not come'
-        time.sleep(0.02)
 
 
 def cpu_s(process: subprocess.Popen[bytes]) -> float:

@@ -6,8 +6,7 @@ import json
 import os
 import resource
 import subprocess
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -26,6 +25,7 @@ from tests.training.study_files import (
     seeds,
     write,
 )
+from tests.waiting import wait_until
 from training.configuration import ConfigError
 from training.study.config import parse_config
 from training.study.directory import (
@@ -58,13 +58,6 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert (len(report.evolved), len(report.rescored), report.in_store) == (2, 2, 2)
     assert report.errors == []
     return study
-
-
-def wait_until(condition: Callable[[], bool], what: str, deadline_s: float = 120.0) -> None:
-    end = time.monotonic() + deadline_s
-    while not condition():
-        assert time.monotonic() < end, f'{what} did not come'
-        time.sleep(0.02)
 
 
 def test_every_run_says_where_it_comes_from(done: Path) -> None:
@@ -205,20 +198,31 @@ def test_killed_and_started_again_nothing_is_lost_or_done_twice(tmp_path: Path) 
         finally:
             process.kill()
             process.wait()
-    runs, place = parse_config(data).runs(), StudyDirectory(study)
-    # Killed between its result and the journal's line about it, a run stays without that line.
-    unsaid = {run.run_id for run in runs if place.done(run, 60)
-              and not completions(place, [run])[run.run_id]}
     last = run_command('study', file, '--out', study, '--workers', '2')
     assert last.returncode == 0, last.stderr
     assert '4 of 4 runs' in last.stdout
     assert champions(study) == champions(tmp_path / 'whole')
-    times = completions(place, runs)
-    assert all(times[run.run_id] == 1 for run in runs if run.run_id not in unsaid), times
-    assert max(times.values()) == 1, times
+    runs = parse_config(data).runs()
+    assert completions(StudyDirectory(study), runs) == {run.run_id: 1 for run in runs}
     started = [sum(event['event'] == 'started' for event in journal(path))
                for path in study.glob('runs/*/journal.jsonl')]
     assert max(started) > 1, 'the kills came too late to test anything'
+
+
+def test_a_run_killed_before_its_journals_last_line_gets_it_from_the_next_start(
+        tmp_path: Path) -> None:
+    run_inline(plain(), tmp_path)
+    [unsaid, _other] = sorted(tmp_path.glob('runs/*/journal.jsonl'))
+    started, _completed = unsaid.read_text().splitlines(keepends=True)
+    unsaid.write_text(started + '{"event": "comple')
+    before = stamps(tmp_path), champions(tmp_path)
+    again = run_inline(plain(), tmp_path)
+    assert (again.errors, again.in_store) == ([], 2)
+    runs = parse_config(plain()).runs()
+    assert completions(StudyDirectory(tmp_path), runs) == {run.run_id: 1 for run in runs}
+    assert [event['event'] for event in journal(unsaid)] == ['started', 'completed']
+    assert (stamps(tmp_path), champions(tmp_path)) == before, 'nothing is evolved again'
+    assert run_inline(plain(), tmp_path).evolved == []
 
 
 def test_damaged_lines_of_a_journal_are_passed_over(tmp_path: Path) -> None:

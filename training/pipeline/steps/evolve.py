@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
+from hashlib import sha256
 from pathlib import Path
 
 from training.evolution import checkpoint
@@ -32,7 +34,8 @@ def _evolved(part: Evolve, bench: Bench, seed: int, directory: Path) -> list[Can
 
     # Both are kept, as a run that has gone on cannot tell any more how it did before.
     path, earned_path = directory / f'{part.name}.npz', directory / f'{part.name}.json'
-    found = kept.load(path, part.name)
+    key = _key(part, bench)
+    found = kept.load(path, key)
     if found is not None:
         return found
     config, last = bench.recipe.config(seed), len(bench.recipe.stages(part))
@@ -56,5 +59,11 @@ def _evolved(part: Evolve, bench: Bench, seed: int, directory: Path) -> list[Can
             break
     else:
         bench.say(f'{part.name}, seed {seed}: fitness {found[0].fitness:.2f}')
-    kept.save(path, found, part.name)
+    kept.save(path, found, key)
     return found
+
+
+def _key(part: Evolve, bench: Bench) -> str:
+    """Return the hash of the stages up to the end of the step: other ones are another evolution."""
+    stages = [asdict(stage) for stage in bench.recipe.stages(part)]
+    return sha256(json.dumps(stages, sort_keys=True).encode()).hexdigest()
