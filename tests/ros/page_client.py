@@ -16,12 +16,6 @@ import aiohttp
 DEADLINE_S = 60.0
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return int(probe.getsockname()[1])
-
-
 class PageClient:
     """A page that is open, in a thread of its own."""
 

@@ -1,12 +1,12 @@
 """The page in a real browser, with a real robot behind it."""
 
 import math
-import socket
 
 import pytest
 
 from tests.ros import browser as browsers
 from tests.ros.browser import CHROMIUM, MISSING, OPTIONS
+from tests.w2b_web.serving import free_port
 
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 
@@ -19,12 +19,6 @@ def chromium():
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
         yield browser
         browser.close()
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return probe.getsockname()[1]
 
 
 @pytest.fixture

@@ -8,7 +8,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
-from tests.ros.page_client import PageClient, free_port
+from tests.ros.page_client import PageClient
+from tests.w2b_web.serving import free_port
 from w2b_controller.say import values_of
 from w2b_core.body_status import TOPIC
 
