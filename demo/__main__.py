@@ -62,9 +62,8 @@ def run(out: Path, controller_name: str, engine: str, console: Console) -> int:
     shown: list[tuple[Seen, Motion]] = []
     failures: list[str] = []
     with RosSession(out) as session:
-        carries = controller.carried is not None
-        session.start('sim', body=controller_name if carries else body.name, world=body.world,
-                      engine=engine)
+        session.start('sim', body=controller_file.body_argument(controller, controller_name),
+                      world=body.world, engine=engine)
         session.start('brain', controller=controller_name)
         rclpy.init()
         try:

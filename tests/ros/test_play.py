@@ -2,6 +2,7 @@
 
 import argparse
 import re
+from pathlib import Path
 
 import psutil
 import pytest
@@ -9,6 +10,9 @@ import pytest
 from tests.ros.page_client import PageClient
 from tests.w2b_web.serving import free_port
 from w2b_web.play import has_display, processes
+
+#: A controller that carries its body, which is no registered one.
+DOG12 = str(Path(__file__).resolve().parents[2] / 'examples' / 'robots' / 'dog12_legs.json')
 
 
 def play(system, *arguments):
@@ -70,6 +74,7 @@ def options(**given):
     ({}, 'sim', ['body:=physical_twin', 'engine:=pybullet', 'real_time_factor:=1.0']),
     ({'robot': 'quadruped', 'engine': 'mujoco', 'speed': 2.0}, 'sim',
      ['body:=quadruped', 'engine:=mujoco', 'real_time_factor:=2.0']),
+    ({'robot': DOG12}, 'sim', [f'body:={DOG12}']),
     ({'hardware': 'simulated'}, 'hardware', ['transport:=simulated', 'body:=physical_twin']),
     ({'hardware': 'emulated'}, 'hardware', ['transport:=emulated']),
     ({'namespace': 'dog1'}, 'sim', ['__ns:=/dog1'])])

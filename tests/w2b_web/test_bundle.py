@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parents[2] / 'ros2_ws' / 'src' / 'w2b_web'
-BROWSER, STATIC = PACKAGE / 'browser', PACKAGE / 'w2b_web' / 'static'
+BROWSER, HTML, STATIC = (PACKAGE / path for path in ('browser', 'w2b_web/html', 'w2b_web/static'))
 MANIFEST = json.loads((STATIC / 'manifest.json').read_text())
 
 
@@ -45,11 +45,13 @@ def test_its_libraries_are_pinned_and_bring_their_licences():
 def test_it_names_no_place_but_its_own():
     # Documentation in error messages, and names of XML: nothing of it is loaded.
     known = {'github.com', 'www.w3.org', 'jcgt.org', 'threejs.org'}
-    for path in STATIC.iterdir():
+    for path in (*HTML.iterdir(), *STATIC.iterdir()):
         if path.suffix in ('.js', '.css', '.html', '.svg'):
             text = path.read_text(encoding='utf-8')
             assert set(re.findall(r'(?:https?:)?//([a-z0-9.-]+\.[a-z]{2,})', text)) <= known, path
-    for page in STATIC.glob('*.html'):
+    pages = list(HTML.glob('*.html'))
+    assert len(pages) == 2
+    for page in pages:
         assert not re.findall(r'(?:src|href)="(?!/|#)', page.read_text()), 'relative to its root'
         assert 'style=' not in page.read_text(), 'its policy allows no inline style'
 

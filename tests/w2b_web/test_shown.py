@@ -1,13 +1,17 @@
 """What the page shows: robots from their descriptions, diagnostics, robots in the graph, words."""
 
+import asyncio
 import json
 
+import aiohttp
 import pytest
 
+from tests.w2b_web.serving import Serving, heard
 from w2b_core import bodies
 from w2b_core.bodies.urdf import to_urdf
 from w2b_web.discovery import MOST_ROBOTS, robots_of
 from w2b_web.lights import GONE_S, STALE_S, Lights
+from w2b_web.server import Server
 from w2b_web.shape import ShapeError, read
 from w2b_web.words import MOST, Words, trained_words
 
@@ -82,6 +86,19 @@ def test_robots_are_found_by_their_topics():
     assert robots_of([], '') == [''], 'its own place is there though nobody is'
     many = [(f'/r{number}/joint_states', [joints]) for number in range(100)]
     assert len(robots_of(many, '')) == MOST_ROBOTS
+
+
+def test_robots_that_came_while_no_server_ran_are_in_the_list_of_the_next_one():
+    async def listed(serving):
+        async with aiohttp.ClientSession() as session, serving.page(session) as page:
+            return (await heard(page, 'robots'))['names']
+    serving = Serving()
+    with serving:
+        pass
+    serving.hub.from_ros(serving.hub.robots, ['', '/dog1'])
+    serving.server = Server(serving.access, serving.hub)
+    with serving:
+        assert asyncio.run(listed(serving)) == ['', '/dog1']
 
 
 def test_suggestions_are_trained_words_first_then_frequent_ones():

@@ -11,7 +11,7 @@ setup(
     name=package_name,
     version=ElementTree.parse('package.xml').findtext('version'),
     packages=find_packages(exclude=['test']),
-    package_data={package_name: ['py.typed', 'static/*']},
+    package_data={package_name: ['py.typed', 'html/*', 'static/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml', 'LICENSE']),

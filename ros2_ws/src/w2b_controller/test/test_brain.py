@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from w2b_ros.testing import DEADLINE_S, own_domain
+
 RUN = 'from w2b_controller.{name} import main; raise SystemExit(main())'
-DEADLINE_S = 120
 
 
 @pytest.fixture
 def environment():
     """A ROS domain of its own on this machine."""
-    return {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-            'ROS_DOMAIN_ID': str(1 + os.getpid() % 101)}
+    return {**os.environ, **own_domain()}
 
 
 def start(name, environment, *arguments):

@@ -17,8 +17,6 @@ await build({
 await build({
   entryPoints: ['src/page.css'], bundle: true, minify: true, target: 'es2022',
   legalComments: 'none', outfile: `${out}/page.css` });
-for (const name of ['index.html', 'login.html', 'icon.svg'])
-  await writeFile(`${out}/${name}`, await readFile(`src/${name}`));
 const { packages } = JSON.parse(await readFile('package-lock.json', 'utf8'));
 let licences = 'Libraries in page.js and page.css\n';
 for (const name of ['three', 'uplot']) {

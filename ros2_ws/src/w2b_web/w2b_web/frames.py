@@ -65,9 +65,9 @@ class Frames:
         for subscription in self._subscriptions.values():
             self._node.destroy_subscription(subscription)
 
-    def silent_s(self) -> float:
-        """Return for how long there were no joints; infinite before the first."""
-        return time.monotonic() - self._taken_at_s.get('joints', float('-inf'))
+    def silent_s(self, part: str = 'joints') -> float:
+        """Return for how long one of `KINDS` did not come; infinite before the first."""
+        return time.monotonic() - self._taken_at_s.get(part, float('-inf'))
 
     def take(self) -> bool:
         """Take what is there; return whether there are new joints."""
@@ -93,8 +93,7 @@ class Frames:
         return taken
 
     def _current(self, name: str) -> Any:
-        old = time.monotonic() - self._taken_at_s.get(name, float('-inf')) > OLD_S
-        return None if old else self._newest[name]
+        return None if self.silent_s(name) > OLD_S else self._newest[name]
 
     def names_text(self) -> str:
         """Return the message that names what the numbers of a frame are."""

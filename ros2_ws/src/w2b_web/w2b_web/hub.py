@@ -71,8 +71,10 @@ class Hub:
     # -- from the robots, any thread
 
     def from_ros(self, act: Callable[..., None], *arguments: Any) -> None:
-        """Call one of the methods below in the server's thread."""
-        if self.loop is not None and not self.loop.is_closed():
+        """Call one of the methods below in the server's thread; in this one while none runs."""
+        if self.loop is None or self.loop.is_closed():
+            act(*arguments)
+        else:
             self.loop.call_soon_threadsafe(act, *arguments)
 
     def robots(self, names: list[str]) -> None:
@@ -130,9 +132,9 @@ class Hub:
             client.malformed += 1
             client.tell(message('note', level='bad', text=f'not understood: {error}'))
             return client.malformed < MOST_MALFORMED
+        robot = client.robot if request.robot is None else request.robot
         if request.do in URGENT:
-            self._robots.request(client.robot if request.robot is None else request.robot,
-                                 request, client.number)
+            self._robots.request(robot, request, client.number)
             return True
         if not client.messages.allow():
             return False
@@ -148,7 +150,6 @@ class Hub:
             words = self._robots.suggest(client.robot, request.text)
             client.tell(message('words', prefix=request.text, words=words))
         else:
-            robot = client.robot if request.robot is None else request.robot
             self._robots.request(robot, request, client.number)
         return True
 

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Sequence
 from functools import partial
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 
 from w2b_core.status import Level, Status
 from w2b_ros.diagnostics import DiagnosticsReporter
@@ -184,15 +184,10 @@ class PageNode(ManagedNode):
             self, self._ears, name, self._hub, partial(self._lights.silent, name))
                         for name in names}
         self._hub.from_ros(self._hub.robots, names)
-        if self._hub.loop is None:
-            self._hub.robots(names)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            self._take_light(status)
-
-    def _take_light(self, status: DiagnosticStatus) -> None:
-        self._lights.take(status.name, status.level[0], status.message)
+            self._lights.take(status.name, status.level[0], status.message)
 
     def _statuses(self) -> Sequence[Status]:
         if self._server is None:

@@ -60,14 +60,15 @@ def processes(options: argparse.Namespace) -> dict[str, list[str]]:
         If the controller cannot be read.
 
     """
-    body = controller_file.load(controller_file.resolve(options.robot)).body
+    body = controller_file.body_argument(
+        controller_file.load(controller_file.resolve(options.robot)), options.robot)
     if options.hardware is None:
-        robot = 'sim', {'body': body, 'engine': options.engine, 'real_time_factor': options.speed}
+        node, moved_by = 'sim', {'engine': options.engine}
     else:
-        robot = 'hardware', {'body': body, 'transport': options.hardware,
-                             'real_time_factor': options.speed}
-    brain: dict[str, object] = {'controller': options.robot}
-    started = {robot[0]: robot[1], 'brain': brain, 'page': {'port': options.port}}
+        node, moved_by = 'hardware', {'transport': options.hardware}
+    started: dict[str, dict[str, object]] = {
+        node: {'body': body, **moved_by, 'real_time_factor': options.speed},
+        'brain': {'controller': options.robot}, 'page': {'port': options.port}}
     name = ['-r', f'__ns:=/{options.namespace.strip("/")}'] if options.namespace else []
     return {node: ['--ros-args', *name, *(
         word for key, value in given.items() for word in ('-p', f'{key}:={value}'))]

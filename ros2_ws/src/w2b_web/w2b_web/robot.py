@@ -21,7 +21,7 @@ from w2b_core.command import quoted
 from w2b_core.following import BodyWatch
 from w2b_ros.ros_messages import COMMANDS, LATCHED
 from w2b_web import shape
-from w2b_web.frames import Frames
+from w2b_web.frames import OLD_S, Frames
 from w2b_web.hub import Hub, message
 from w2b_web.senders import Senders
 from w2b_web.services import Services
@@ -31,7 +31,6 @@ from w2b_web.words import trained_words
 SAID_SHOWN = 50
 STOP = 'stop'
 REFUSED = 2
-NO_ODOMETRY = 'no odometry: the robot is drawn where it stands'
 
 
 class Robot:
@@ -200,7 +199,7 @@ class Robot:
             self._controller_asked = True
             self._services.controller(self._on_controller)
         self._controller_asked = brain and self._controller_asked
-        frames = self._frames is not None and self._frames.silent_s() < 1.0
+        frames = self._frames is not None and self._frames.silent_s() < OLD_S
         state: dict[str, Any] = {
             'brain': brain, 'frames': frames, 'body': '', 'state': 'none', 'reason': '',
             'follows': False, 'epoch': '', 'hardware': self.is_hardware}

@@ -46,7 +46,7 @@ class Senders:
 
     def lost(self, page: int) -> bool:
         """Forget a page; return whether the robot moves, or may move, because of it."""
-        said = self._said.pop(page, None)
-        mover, self._mover = self._mover == page, (
-            None if self._mover == page else self._mover)
-        return mover or (said is not None and self._clock() - said[1] < ANSWERED_S)
+        said, moved = self._said.pop(page, None), self._mover == page
+        if moved:
+            self._mover = None
+        return moved or (said is not None and self._clock() - said[1] < ANSWERED_S)

@@ -22,6 +22,8 @@ from w2b_web.security import Access
 
 TYPES = {'html': 'text/html', 'js': 'text/javascript', 'css': 'text/css', 'svg': 'image/svg+xml',
          'txt': 'text/plain'}
+#: What is served as it is written, and what `browser/build.mjs` makes.
+FOLDERS = ('html', 'static')
 #: Served to a person who has not shown the secret yet.
 PUBLIC = frozenset({'/login', '/login.html', '/page.css', '/icon.svg'})
 COOKIE = 'w2b'
@@ -32,9 +34,9 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 def files() -> dict[str, tuple[str, bytes]]:
     """Return what is served: path -> content type and content."""
-    folder = resources.files('w2b_web') / 'static'
     return {f'/{file.name}': (TYPES[file.name.rpartition('.')[2]], file.read_bytes())
-            for file in folder.iterdir() if file.name.rpartition('.')[2] in TYPES}
+            for folder in FOLDERS for file in (resources.files('w2b_web') / folder).iterdir()
+            if file.name.rpartition('.')[2] in TYPES}
 
 
 class Server:

@@ -70,8 +70,7 @@ class Words:
                 break
             if word.startswith(prefix):
                 found.setdefault(word, '')
-        return [{'word': word, 'behaviour': behaviour} for word, behaviour in
-                list(found.items())[:MOST]]
+        return _suggestions(found)[:MOST]
 
     @staticmethod
     def _opening(trained: dict[str, str]) -> list[Suggestion]:
@@ -79,4 +78,8 @@ class Words:
         for behaviour in dict.fromkeys(trained.values()):
             own = [word for word, asked in trained.items() if asked == behaviour]
             chosen[behaviour if behaviour in own else own[0]] = behaviour
-        return [{'word': word, 'behaviour': behaviour} for word, behaviour in chosen.items()]
+        return _suggestions(chosen)
+
+
+def _suggestions(behaviours: dict[str, str]) -> list[Suggestion]:
+    return [{'word': word, 'behaviour': behaviour} for word, behaviour in behaviours.items()]

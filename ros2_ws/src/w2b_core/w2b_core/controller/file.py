@@ -26,8 +26,8 @@ from w2b_core.controller.model import (
 from w2b_core.files import write_atomically
 from w2b_core.network import LeakyNetwork
 
-__all__ = ['Controller', 'ControllerFileError', 'Motor', 'TrainedWord',
-           'dumps', 'load', 'loads', 'resolve', 'save', 'shipped', 'shipped_names', 'vector_sha256']
+__all__ = ['Controller', 'ControllerFileError', 'Motor', 'TrainedWord', 'body_argument', 'dumps',
+           'load', 'loads', 'resolve', 'save', 'shipped', 'shipped_names', 'vector_sha256']
 
 FORMAT = 'w2b-controller'
 #: Version -> what reads the parts in which its files differ from those of the others.
@@ -159,6 +159,11 @@ def resolve(name_or_path: str) -> Path:
     if '/' in name_or_path or name_or_path.endswith('.json'):
         return Path(name_or_path)
     return shipped(name_or_path)
+
+
+def body_argument(controller: Controller, name_or_path: str) -> str:
+    """Return what names its body to a node: the body's name, or the file if that describes it."""
+    return controller.body if controller.carried is None else name_or_path
 
 
 def _shipped_folder() -> Path:
