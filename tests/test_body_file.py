@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.training.landscape import VECTORS, Landscape
+from training.evolution import run as evolution
+from training.evolution.config import RunConfig
 from w2b_core import bodies
 from w2b_core.bodies import description
 from w2b_core.controller import file as controller_file
@@ -63,6 +66,19 @@ def test_a_run_carries_its_body_goes_on_and_refuses_one_that_changed(robot):
     done = run('judge', *options)
     assert done.returncode == 0, done.stderr
     assert set(json.loads(done.stdout)['behaviours']) == {'forward', 'stop'}
+
+
+def test_a_file_that_is_edited_under_way_changes_nothing(robot):
+    before = bodies.get(str(robot))
+    config = RunConfig(body=str(robot), seed=1, words=(('forward', 'forward'), ('stop', 'stop')),
+                       generations=2, population=2)
+
+    def edit(progress):
+        robot.write_text(robot.read_text().replace('weigh_kg: 0.25', 'weigh_kg: 0.3'))
+
+    evolution.run(config, robot.parent / 'run', edit, vectors=VECTORS, evaluator=Landscape())
+    assert bodies.get(str(robot)) != before
+    assert controller_file.load(robot.parent / 'run' / 'champion.json').described() == before
 
 
 def test_a_file_with_an_error_is_one_line_and_nothing_is_written(robot):

@@ -24,6 +24,7 @@ from pydantic import (
 )
 
 from w2b_core import bodies
+from w2b_sim.worlds import WORLDS
 
 #: No count of anything is larger; without a bound a slip of the finger hangs.
 MOST = 1_000_000
@@ -46,6 +47,14 @@ def _body(name: str) -> str:
 
 #: A registered body, or a file that describes one.
 BodyName = Annotated[str, AfterValidator(_body)]
+
+
+def world_of(world: str, body: str) -> str:
+    """Return the name of a world, or of the body's own if it is empty (ValueError if unknown)."""
+    name = world or bodies.get(body).world
+    if name not in WORLDS:
+        raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {name!r}')
+    return name
 
 
 class ConfigError(ValueError):

@@ -12,9 +12,7 @@ import argparse
 import json
 import sys
 
-# Each enters its scenarios.
-from tests.faults import posture_scenarios, processes, word_scenarios  # noqa: F401
-from tests.faults.scenarios import SCENARIOS
+from tests.faults.catalogue import FAULTS
 
 
 def main() -> None:
@@ -23,7 +21,7 @@ def main() -> None:
     parser.add_argument('--json', action='store_true')
     arguments = parser.parse_args()
     rows, kept = [], True
-    for fault in SCENARIOS:
+    for fault in FAULTS:
         try:
             outcome = fault.run()
         except AssertionError as error:

@@ -2,12 +2,10 @@
 
 import pytest
 
-# Each enters its scenarios.
-from tests.faults import posture_scenarios, processes, word_scenarios  # noqa: F401
-from tests.faults.scenarios import SCENARIOS
+from tests.faults.catalogue import FAULTS
 
 
-@pytest.mark.parametrize('fault', SCENARIOS, ids=lambda fault: fault.name)
+@pytest.mark.parametrize('fault', FAULTS, ids=lambda fault: fault.name)
 def test_the_robot_is_safe_within_the_bounds(fault):
     outcome = fault.run()
     assert outcome.frames <= fault.most_frames

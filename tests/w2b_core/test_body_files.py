@@ -122,6 +122,17 @@ def test_the_twin_is_wired_by_its_file_and_others_in_order():
     assert [one.channel for one in bodies.wiring('quadruped').values()] == list(range(8))
 
 
+@pytest.mark.parametrize('carried', [False, True])
+def test_a_body_as_json_is_wired_in_the_order_of_its_joints(carried, tmp_path):
+    path = tmp_path / 'body.json'
+    if carried:
+        controller_file.save(legs_of(own('dog12')), path)
+    else:
+        description.save(own('dog12'), path)
+    assert [(joint, one.channel) for joint, one in bodies.wiring(str(path)).items()] == [
+        (joint.name, channel) for channel, joint in enumerate(own('dog12').joints)]
+
+
 def test_a_makers_file_says_how_its_servos_are_wired():
     wiring = bodies.wiring(str(ROBOTS / 'dog12.yaml'))
     assert (wiring['fr_upper'].channel, wiring['fr_upper'].direction) == (5, -1)

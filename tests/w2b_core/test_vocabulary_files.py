@@ -321,11 +321,15 @@ def test_damaged_folder_is_named_in_one_line(folder, damage):
     assert '\n' not in str(caught.value)
 
 
-def test_pickled_vectors_are_not_run(folder):
+def test_pickled_vectors_are_not_run(folder, monkeypatch):
+    """Reading a pickle runs what is in it: the file is one on purpose, and must be refused."""
+    monkeypatch.setattr(Trap, 'sprung', False)
     np.save(folder / 'vectors.npy', np.array([Trap()], dtype=object), allow_pickle=True)
     with pytest.raises(VocabularyFileError):
         Vocabulary.load(folder)
     assert not Trap.sprung
+    np.load(folder / 'vectors.npy', allow_pickle=True)
+    assert Trap.sprung, 'what the refusal spares the robot'
 
 
 class Trap:

@@ -88,7 +88,8 @@ def test_in_the_air_every_figure_is_the_one_of_the_step_wise_engines(name):
                 tolerance = (rtol, 0.0) if figure == 'effort_nm' else (0.05, 2e-3)
                 np.testing.assert_allclose(ours, other, *tolerance, err_msg=f'{engine}: {figure}')
     assert found['batched'].effort_nm.min() > 1e-5
-    assert np.ptp(found['batched'].reversals) >= (0 if name.startswith('spherical') else 1)
+    if not name.startswith('spherical'):
+        assert np.ptp(found['batched'].reversals) >= 1
 
 
 @every_body

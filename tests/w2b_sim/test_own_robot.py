@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -74,8 +75,6 @@ def test_check_says_what_it_found_draws_it_and_lets_it_stand(tmp_path, capsys):
 
 def test_a_robot_that_falls_over_in_the_engines_is_not_in_order():
     body = bodies.get(str(ROBOTS / 'dog12.yaml'))
-    from dataclasses import replace
-
     weak = replace(body, joints=tuple(replace(joint, servo=replace(
         joint.servo, max_torque_nm=0.02)) for joint in body.joints))
     for engine in ('pybullet', 'mujoco'):
@@ -85,8 +84,6 @@ def test_a_robot_that_falls_over_in_the_engines_is_not_in_order():
 def test_links_that_run_into_each_other_are_found():
     assert standing.overlaps(bodies.get(str(ROBOTS / 'spider12.yaml')), poses=20) == ([], [])
     body = bodies.get(str(ROBOTS / 'dog8.yaml'))
-    from dataclasses import replace
-
     # Hind legs that stand where the front ones are.
     moved = {'lb_shoulder': body.joint('lf_shoulder').origin_m,
              'rb_shoulder': body.joint('rf_shoulder').origin_m}

@@ -8,15 +8,22 @@ from typing import Annotated, Any
 
 from pydantic.dataclasses import dataclass
 
-from training.configuration import STRICT, BodyName, ConfigError, Text, one_line, one_of, whole
+from training.configuration import (
+    STRICT,
+    BodyName,
+    ConfigError,
+    Text,
+    one_line,
+    one_of,
+    whole,
+    world_of,
+)
 from training.evolution.engines import ENGINES, PRECISIONS
 from training.evolution.objectives import AGGREGATES, OBJECTIVES
 from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.evolution.treatments import TREATMENTS, Words
-from w2b_core import bodies
 from w2b_core.behaviours import BEHAVIOURS
 from w2b_core.vocabulary.text import folded
-from w2b_sim.worlds import WORLDS
 
 
 def check_each_once(words: Iterable[str], spelt: Callable[[str], str] = folded) -> None:
@@ -88,10 +95,7 @@ class RunConfig:
 
     def __post_init__(self) -> None:
         """Check what hangs together (ValueError: what was expected and what came)."""
-        if self.world == '':
-            object.__setattr__(self, 'world', bodies.get(self.body).world)
-        if self.world not in WORLDS:
-            raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {self.world!r}')
+        object.__setattr__(self, 'world', world_of(self.world, self.body))
         self._check_words()
 
     def _check_words(self) -> None:

@@ -38,6 +38,7 @@ from training.evolution.optimisers import Optimiser, make_optimiser
 from training.evolution.rundir import RunConflictError, RunDirectory
 from training.evolution.starts import slightly_different
 from w2b_core import __version__, bodies
+from w2b_core.bodies.model import Body
 from w2b_core.network import Network
 from w2b_core.vocabulary import Vocabulary
 from w2b_sim.engines.interface import Evaluator, Start
@@ -143,20 +144,21 @@ def run(config: RunConfig, directory: Path | str,
     # What cannot be used is refused before anything is written.
     _start(config, Layout.of(bodies.get(config.body)), np.random.default_rng(0))
     with RunDirectory(Path(directory), identity) as place:
-        carried_body.keep(config.body, place.path)
+        # What is trained stays the same though its file be edited.
+        body = bodies.get(carried_body.keep(config.body, place.path))
         finished = place.path / rundir.SUMMARY
         if finished.exists() and _summary(finished)['generations'] == config.generations:
             return load_result(place.path)
         with closing(TimedEvaluator(evaluator or make_evaluator(
-                config.engine, bodies.get(config.body), WORLDS[config.world],
+                config.engine, body, WORLDS[config.world],
                 precision=config.precision, threads=threads, say=say,
                 complete=needs_complete(behaviour for _word, behaviour in
                                         config.words + config.held_out)))) as engine:
-            loop = _evolve(config, heard, engine, place,
+            loop = _evolve(config, body, heard, engine, place,
                            evaluator is None and config.engine == 'batched', say)
             loop.run(config.generations, progress, checkpoint_s=checkpoint_s,
                      checkpoint_generations=checkpoint_generations)
-            _finish(config, heard, loop, place)
+            _finish(config, body, heard, loop, place)
         return load_result(place.path)
 
 
@@ -189,12 +191,12 @@ def _start(config: RunConfig, layout: Layout, rng: np.random.Generator) -> Optim
     return make_optimiser(config.optimiser, layout, rng, capacity=config.population)
 
 
-def _evolve(config: RunConfig, heard: Array, engine: TimedEvaluator, place: RunDirectory,
-            prepare: bool, say: Callable[[str], None] | None) -> Loop:
+def _evolve(config: RunConfig, body: Body, heard: Array, engine: TimedEvaluator,
+            place: RunDirectory, prepare: bool, say: Callable[[str], None] | None) -> Loop:
     """Return the loop of a run, where it was left; `prepare`: let the engine compile first."""
     starts = (Start(),) if config.starts == 1 else slightly_different(
         treatments.generator(config.seed, treatments.STARTS), config.starts)
-    layout = Layout.of(bodies.get(config.body))
+    layout = Layout.of(body)
     rng = treatments.generator(config.seed, treatments.EVOLUTION)
     task = Exact(layout, engine, heard[:len(config.words)],
                  [behaviour for _word, behaviour in config.words], starts, config.objective,
@@ -208,7 +210,7 @@ def _evolve(config: RunConfig, heard: Array, engine: TimedEvaluator, place: RunD
     return loop
 
 
-def _finish(config: RunConfig, heard: Array, loop: Loop, place: RunDirectory) -> None:
+def _finish(config: RunConfig, body: Body, heard: Array, loop: Loop, place: RunDirectory) -> None:
     """Judge the champion under every word and write what came of the run."""
     task, population = cast(Exact, loop.task), loop.optimiser.population
     best = population.best
@@ -216,9 +218,8 @@ def _finish(config: RunConfig, heard: Array, loop: Loop, place: RunDirectory) ->
     judged = outcomes(task.engine, network, config.words, config.held_out, heard, task.starts,
                       config.objective)
     fitness = float(population.fitness[best])
-    write_champion(place.path / rundir.CHAMPION, bodies.get(config.body), WORLDS[config.world],
-                   network, judged, heard, {**config.to_json(), 'fitness': fitness,
-                                            'program_version': __version__})
+    write_champion(place.path / rundir.CHAMPION, body, WORLDS[config.world], network, judged, heard,
+                   {**config.to_json(), 'fitness': fitness, 'program_version': __version__})
     _write_statistics(place.path / rundir.STATISTICS, loop.history)
     # The last file: a run with a summary is over.
     checkpoint.write_json(place.path / rundir.SUMMARY, {

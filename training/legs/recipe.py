@@ -23,7 +23,7 @@ from training.configuration import (
 )
 from training.legs.parts import Aims, Drop, FirstPart, NetworkPart, Stage, Worlds
 from w2b_core import bodies
-from w2b_core.behaviours import DEFAULT_BEHAVIOURS, course_of
+from w2b_core.behaviours import BEHAVIOURS, DEFAULT_BEHAVIOURS, course_of
 from w2b_core.network.sharing import Sharing
 from w2b_core.network.symmetry import MIRRORS, Mirror, find_mirror, find_mirrors, limbs_of
 from w2b_core.senses import SENSES, split
@@ -66,8 +66,6 @@ class Recipe(Strict):
         bodies.check(self.body)
         if self.world not in WORLDS:
             raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {self.world!r}')
-        from w2b_core.behaviours import BEHAVIOURS
-
         for behaviour in self.behaviours:
             if behaviour not in BEHAVIOURS:
                 raise ValueError(f'behaviours: expected some of {", ".join(BEHAVIOURS.names())}, '

@@ -15,6 +15,7 @@ from itertools import chain, zip_longest
 import numpy as np
 from numpy.typing import NDArray
 
+from training.configuration import world_of
 from training.evolution.operators import Layout, mutate, random_genomes
 from training.evolution.treatments import WORD_SETS
 from training.study.lexicon import load_lexicon
@@ -72,9 +73,7 @@ def choose(body_name: str, world_name: str | None = None) -> tuple[Body, World]:
 
     """
     body = bodies.get(body_name)
-    name = world_name or body.world
-    if name not in WORLDS:
-        raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {name!r}')
+    name = world_of(world_name or '', body_name)
     if WORLDS[name].friction is None:
         dry = [world.name for world in WORLDS.values() if world.friction is not None]
         raise ValueError(

@@ -61,7 +61,7 @@ def look(directory: Path, network: Network, body: Body, world: World, held_out: 
             return from_json(opening['rows']), number
     vectors = {word: vocabulary.vector(word) for word, _asked in held_out}
     rows = trials.trial(network, body, world, (), held_out, vectors, move_m=move_m, starts=starts,
-                     seed=seed, processes=processes)
+                        seed=seed, processes=processes)
     openings.append({**key, 'rows': to_json(rows)})
     checkpoint.write_json(path, {'openings': openings})
     return rows, len(openings)

@@ -9,14 +9,22 @@ import numpy as np
 from pydantic import Field, TypeAdapter
 from pydantic.dataclasses import dataclass
 
-from training.configuration import STRICT, BodyName, NotNegative, Seed, Share, one_line, one_of
+from training.configuration import (
+    STRICT,
+    BodyName,
+    NotNegative,
+    Seed,
+    Share,
+    one_line,
+    one_of,
+    world_of,
+)
 from training.evolution.config import check_each_once
 from training.evolution.optimisers import OPTIMISERS, PAPER
 from training.evolution.treatments import Words
 from training.robust.objective import AGGREGATES
 from training.robust.scenarios import MOVE_NOISE, check_directions
 from training.robust.settings import Careful, Pretraining, Randomisation, Stage, Touch, Whole
-from w2b_core import bodies
 from w2b_sim.worlds import WORLDS, World
 
 
@@ -79,10 +87,7 @@ class RobustConfig:
 
     def __post_init__(self) -> None:
         """Check the fields (ValueError, naming the field, with what was expected and what came)."""
-        if self.world == '':
-            object.__setattr__(self, 'world', bodies.get(self.body).world)
-        if self.world not in WORLDS:
-            raise ValueError(f'world: expected one of {", ".join(WORLDS)}, got {self.world!r}')
+        object.__setattr__(self, 'world', world_of(self.world, self.body))
         check_directions(self.words)
         check_each_once(word for word, _behaviour in self.words)
 

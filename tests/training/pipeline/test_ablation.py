@@ -38,9 +38,9 @@ HELD_OUT = {word for word, _asked in QUADRUPED.held_out}
 def fake_rows(network, words, validation, forward):
     far = {'forward': forward, 'backward': -0.6}
     return tuple(Row(word, asked, index < len(words), far.get(word, 0.0), 0.0, 0.0,
-                          0.02 if asked == 'stop' else abs(far[word]), 0.0, 0,
-                          asked == 'stop' or abs(far[word]) >= 0.5,
-                          validation=index >= len(words))
+                     0.02 if asked == 'stop' else abs(far[word]), 0.0, 0,
+                     asked == 'stop' or abs(far[word]) >= 0.5,
+                     validation=index >= len(words))
                  for index, (word, asked) in enumerate(words + validation))
 
 

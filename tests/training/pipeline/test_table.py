@@ -28,13 +28,13 @@ def test_the_gate_row_by_row():
     words = (('forward', 'forward'), ('backward', 'backward'), ('stop', 'stop'))
     still = [0.01] * 18 + [0.09] * 2
     table = rows(outcome([[0.6] * 20, [-0.6] * 20, still, still, [0.1] * 20]), words,
-                      (('halt', 'stop'), ('ahead', 'forward')), 0.5)
+                 (('halt', 'stop'), ('ahead', 'forward')), 0.5)
     assert [row.passed for row in table] == [True, True, True, True, False]
     assert passes(table), 'a held-out move word is told, not required'
     assert worst_margin(table, 0.5) == pytest.approx(1.2)
     restless = [0.01] * 17 + [0.2] * 3
     assert not passes(rows(outcome([[0.6] * 20, [-0.6] * 20, still, restless]), words,
-                                     (('halt', 'stop'),), 0.5))
+                           (('halt', 'stop'),), 0.5))
     tolerable = [0.01] * 18 + [0.2] * 2
     assert passes(rows(outcome([[0.6] * 20, [-0.6] * 20, tolerable]), words, (), 0.5))
     markdown = to_markdown(table)
@@ -45,7 +45,7 @@ def test_the_gate_row_by_row():
 def test_validation_words_are_told_and_not_required():
     words = (('forward', 'forward'), ('backward', 'backward'), ('stop', 'stop'))
     table = rows(outcome([[0.6] * 20, [-0.6] * 20, [0.0] * 20, [0.3] * 20, [0.0] * 20]),
-                      words, (('halt', 'stop'),), 0.5, validation=(('abort', 'stop'),))
+                 words, (('halt', 'stop'),), 0.5, validation=(('abort', 'stop'),))
     assert [row.validation for row in table] == [False, False, False, True, False]
     assert [row.required for row in table] == [True, True, True, False, True]
     assert [row.passed for row in table] == [True, True, True, False, True]

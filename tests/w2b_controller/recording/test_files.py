@@ -1,6 +1,8 @@
 """Files of a recording without ROS: bounded, readable after any end, understood by others."""
 
+import errno
 import io
+import os
 import random
 import shutil
 import struct
@@ -149,6 +151,17 @@ def test_a_full_disk_ends_a_recording_and_leaves_what_is_there(tmp_path):
     with pytest.raises(RecordingError, match=r'50 MB of free space .* got 0 MB'):
         record(tmp_path / 'r', 6000, part=20_000, free_bytes=lambda _path: left.pop(0))
     assert len(list(reader.messages(tmp_path / 'r'))) > 100
+
+
+@pytest.mark.parametrize('end', [lambda writer: writer.flush(to_disk=True), PartsWriter.close])
+def test_a_disk_that_fills_up_at_the_end_is_told_in_a_line(tmp_path, monkeypatch, end):
+    writer = record(tmp_path / 'r', 5)
+
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, 'No space left on device')
+    monkeypatch.setattr(os, 'fsync', full)
+    with pytest.raises(RecordingError, match=r'expected to write on, got .*No space left'):
+        end(writer)
 
 
 def test_a_folder_with_files_in_it_is_left_alone(tmp_path):

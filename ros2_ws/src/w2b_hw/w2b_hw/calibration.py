@@ -77,8 +77,7 @@ class Servo:
         The range in which it turns freely, as pulses and as angles. Both hold.
     calibrated
         Whether a person found its zero and its mark on this robot, and said that its positive
-        direction is the body's. The servos of the emulated,
-        ideal robot count as calibrated.
+        direction is the body's. The servos of the emulated, ideal robot count as calibrated.
 
     """
 

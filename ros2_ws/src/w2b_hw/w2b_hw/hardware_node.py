@@ -245,6 +245,7 @@ class HardwareNode(ManagedNode):
             self._tell()
 
     def _tell(self) -> None:
+        """Let the executor publish: ROS is used in its thread only, this is the I/O thread."""
         if (executor := self.executor) is not None:
             executor.create_task(self._on_news)
 

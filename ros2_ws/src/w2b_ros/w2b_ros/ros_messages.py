@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import Any
+
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
@@ -51,6 +54,16 @@ def other_publisher(node: Node, topic: str) -> str:
     if not names:
         return ''
     return f'another node with the name {own.rpartition(" ")[2]}' if own in names else min(names)
+
+
+def message_class(type_name: str) -> Any:
+    """
+    Return the class of a message type such as `std_msgs/msg/String`.
+
+    ImportError or AttributeError if it is not installed.
+    """
+    package, _, kind = type_name.partition('/msg/')
+    return getattr(import_module(f'{package}.msg'), kind)
 
 
 def stamp_ns(stamp: Time) -> int:

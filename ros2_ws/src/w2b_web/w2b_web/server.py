@@ -22,8 +22,9 @@ from w2b_web.security import Access
 
 TYPES = {'html': 'text/html', 'js': 'text/javascript', 'css': 'text/css', 'svg': 'image/svg+xml',
          'txt': 'text/plain'}
-#: What is served as it is written, and what `browser/build.mjs` makes.
-FOLDERS = ('html', 'static')
+#: What `browser/build.mjs` makes, and what is served as it is written: that counts, where an
+#: earlier build has left a page of the same name in `static`.
+FOLDERS = ('static', 'html')
 #: Served to a person who has not shown the secret yet.
 PUBLIC = frozenset({'/login', '/login.html', '/page.css', '/icon.svg'})
 COOKIE = 'w2b'

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -230,6 +229,8 @@ def echo() -> int:
     options = parser.parse_args(own(sys.argv))
     import yaml
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+    from w2b_ros.ros_messages import message_class
     seen = 0
 
     def show(message: Any) -> None:
@@ -244,7 +245,6 @@ def echo() -> int:
             asking.until(lambda: asking.node.get_publishers_info_by_topic(name),
                          f'nobody publishes on {name}')
             publishers = asking.node.get_publishers_info_by_topic(name)
-            package, _, kind = publishers[0].topic_type.partition('/msg/')
             # Only if all are latched: a listener that asks for it hears no others.
             latched = all(publisher.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
                           for publisher in publishers)
@@ -254,8 +254,8 @@ def echo() -> int:
             if latched:
                 profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE,
                                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
-            message_type = getattr(importlib.import_module(f'{package}.msg'), kind)
-            asking.node.create_subscription(message_type, name, show, profile)
+            asking.node.create_subscription(
+                message_class(publishers[0].topic_type), name, show, profile)
             if options.count is None:
                 asking.deadline_s = float('inf')
             asking.until(lambda: options.count is not None and seen >= options.count,

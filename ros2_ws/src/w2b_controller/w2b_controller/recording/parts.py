@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -101,34 +102,47 @@ class PartsWriter:
             If the disk is full, or nearly so.
 
         """
-        try:
+        with self._writing():
             if self._stream is not None and self._stream.tell() >= self._part:
                 self._close()
             if self._stream is None:
                 self._open(log_ns)
             self._add(topic, data, log_ns, sent_ns)
-        except OSError as error:
-            raise RecordingError(f'{self.folder}: expected to write on, got {error}') from error
         self.messages += 1
         if topic.latched:
             self._latest[topic.name] = (topic, data, sent_ns)
 
     def flush(self, to_disk: bool = False) -> None:
-        """Hand over what was written to the system, so that it survives the end of this process."""
+        """
+        Hand over what was written to the system, so that it survives the end of this process.
+
+        RecordingError if the disk is full.
+        """
         if self._stream is not None:
-            self._stream.flush()
-            if to_disk:
-                os.fsync(self._stream.fileno())
+            with self._writing():
+                self._stream.flush()
+                if to_disk:
+                    os.fsync(self._stream.fileno())
 
     def close(self) -> None:
-        """Close the last file."""
+        """Close the last file (RecordingError if the disk is full)."""
         if self._stream is not None:
-            self._close()
+            with self._writing():
+                self._close()
 
     @property
     def size_bytes(self) -> int:
         """Size of all files."""
         return sum(path.stat().st_size for path in self.folder.glob('*.mcap'))
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except RecordingError:
+            raise
+        except OSError as error:
+            raise RecordingError(f'{self.folder}: expected to write on, got {error}') from error
 
     def _open(self, now_ns: int) -> None:
         free = self._free(self.folder)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import sys
 import time
 from collections.abc import Callable
@@ -66,6 +65,8 @@ class Recorder:
 
     def _subscribe(self, name: str, type_name: str) -> None:
         from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+        from w2b_ros.ros_messages import message_class
         publishers = self._node.get_publishers_info_by_topic(name)
         if not publishers:
             return
@@ -86,8 +87,7 @@ class Recorder:
                 return
             self._node.destroy_subscription(before[1])
         try:
-            package, _, kind = type_name.partition('/msg/')
-            message_type = getattr(importlib.import_module(f'{package}.msg'), kind)
+            message_type = message_class(type_name)
             topic = Topic(name, type_name, definition(type_name), latched)
         except (ImportError, AttributeError, DefinitionError) as error:
             self._refused.add(name)

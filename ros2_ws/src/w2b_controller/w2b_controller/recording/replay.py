@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import sys
 import time
 from collections.abc import Iterable, Iterator
@@ -57,10 +56,11 @@ class Replayer:
     def announce(self, topics: Iterable[Recorded]) -> None:
         """Make the publishers of the topics, so that listeners find them before it begins."""
         from rclpy.qos import DurabilityPolicy, QoSProfile
+
+        from w2b_ros.ros_messages import message_class
         for one in topics:
-            package, _, kind = one.type_name.partition('/msg/')
             try:
-                message_type = getattr(importlib.import_module(f'{package}.msg'), kind)
+                message_type = message_class(one.type_name)
             except (ImportError, AttributeError) as error:
                 print(f'warning: not published: {one.topic}: {error}', file=sys.stderr)
                 continue

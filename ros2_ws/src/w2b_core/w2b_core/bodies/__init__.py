@@ -88,15 +88,13 @@ def wiring(name: str) -> dict[str, Wiring]:
     A body whose file says nothing has its servos on the board's outputs in that order. ValueError
     as of `get`.
     """
-    given: dict[str, Wiring] = {}
-    if is_file(name) and not name.endswith('.json'):
+    if is_file(name):
         path = Path(name).expanduser()
-        body, given = _robot(path)
+        says = path.suffix != '.json'
     else:
-        body = get(name)
         path = Path(__file__).with_name(f'{name}.yaml')
-        if not is_file(name) and path.is_file():
-            _body, given = _robot(path)
+        says = path.is_file()
+    body, given = _robot(path) if says else (get(name), {})
     joints = [joint.name for joint in body.joints]
     if not given:
         return {joint: Wiring(channel) for channel, joint in enumerate(joints)}

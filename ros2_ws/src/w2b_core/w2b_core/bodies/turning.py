@@ -1,4 +1,4 @@
-"""Rotations as body descriptions write them: fixed-axis roll, pitch and yaw (URDF, REP-103)."""
+"""Rotations: fixed-axis roll, pitch and yaw (URDF, REP-103), and turns about a joint's axis."""
 
 from __future__ import annotations
 
@@ -18,6 +18,14 @@ def from_rpy(rpy_rad: Sequence[float]) -> Array:
     return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
                      [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
                      [-sp, cp * sr, cp * cr]])
+
+
+def from_axis_angle(axis: Array, angle_rad: float) -> Array:
+    """Return the rotation matrix (3, 3) by an angle about a unit axis (3,)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn: Array = np.eye(3) + np.sin(angle_rad) * cross + (1 - np.cos(angle_rad)) * cross @ cross
+    return turn
 
 
 def to_rpy(turn: Array) -> Vector:

@@ -62,11 +62,9 @@ def draft(path: Path, urdf: Path, meshes: Path | None) -> tuple[str, Findings]:
 
 def _stand(urdf: Urdf, guess: legs.Legs, shapes: dict[str, tuple[Placed, ...]]
            ) -> dict[str, float]:
-    angles = standing_pose.find(urdf, guess, shapes)
-    for joint in urdf.joints:
-        if joint.name in guess.locked and not joint.lower_rad <= 0 <= joint.upper_rad:
-            angles[joint.name] = round((joint.lower_rad + joint.upper_rad) / 2, 2)
-    return angles
+    held = {name: round(angle, 2) for name, angle in legs.within_limits(urdf).items()
+            if name in guess.locked}
+    return standing_pose.find(urdf, guess, shapes) | held
 
 
 def _shapes(urdf: Urdf, meshes: Path | None, found: Findings

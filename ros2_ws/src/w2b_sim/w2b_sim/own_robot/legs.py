@@ -37,7 +37,7 @@ class Legs:
 
 def find(urdf: Urdf, found: Findings) -> Legs:
     """Return the four legs of a robot (RobotFileError if there are none)."""
-    free = Settings(Path(found.path), 'robot', None, stand_rad=_within_limits(urdf))
+    free = Settings(Path(found.path), 'robot', None, stand_rad=within_limits(urdf))
     posed = pose(urdf, free, found)
     chains = _chains(posed)
     legs = [chain for chain in chains if 2 <= len(chain) <= 3]
@@ -62,8 +62,8 @@ def find(urdf: Urdf, found: Findings) -> Legs:
                 forward)
 
 
-def _within_limits(urdf: Urdf) -> dict[str, float]:
-    """Return zero for every joint, or the middle of limits that zero is outside of."""
+def within_limits(urdf: Urdf) -> dict[str, float]:
+    """Return the middle of the limits (rad) of each joint for which zero lies outside of them."""
     return {joint.name: (joint.lower_rad + joint.upper_rad) / 2 for joint in urdf.joints
             if joint.kind in MOVING and not joint.lower_rad <= 0 <= joint.upper_rad}
 
@@ -112,7 +112,7 @@ def _name(joints: list[UrdfJoint | None], tip: str) -> str:
             return f'{ends[0]}_{sides[0]}'
         if short:
             return short[0]
-        glued = re.search(r'(front|fore|rear|back|hind)[^a-z]*(left|right)', spaced) or None
+        glued = re.search(r'(front|fore|rear|back|hind)[^a-z]*(left|right)', spaced)
         if glued:
             return f'{_ENDS[glued[1]]}_{glued[2]}'
         turned = re.search(r'(left|right)[^a-z]*(front|fore|rear|back|hind)', spaced)
@@ -140,9 +140,11 @@ def _named(places: dict[int, Array], names: dict[int, str], found: Findings
 def _by_place(places: dict[int, Array], forward: str) -> dict[str, int] | None:
     middle = np.mean(list(places.values()), axis=0)
     turn = from_rpy((0.0, 0.0, FORWARD[forward] * pi / 2))
+
     def of(number: int) -> str:
         x, y, _z = turn @ (places[number] - middle)
         return f'{"front" if x > 0 else "back"}_{"left" if y > 0 else "right"}'
+
     feet = {of(number): number for number in places}
     return feet if len(feet) == 4 else None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from w2b_core.bodies.model import Body, Box, Capsule, Cylinder, Placed, Sphere
 from w2b_core.bodies.robot_file.directions import motions
 from w2b_core.bodies.robot_file.stance import Stance
 from w2b_core.bodies.turning import from_rpy
+from w2b_core.files import write_atomically
 
 Array = NDArray[np.float64]
 #: Title, the two axes seen, and the sign of the first: from the left, from the front, from above.
@@ -22,12 +24,8 @@ _BASE, _LEGS = '#c9772b', ('#3572b0', '#7aa6d6', '#1f3c5c')
 
 def draw(body: Body, stance: Stance, path: Path) -> None:
     """Draw a body at its stance into a PNG, whole or not at all (OSError)."""
-    from io import BytesIO
-
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-
-    from w2b_core.files import write_atomically
 
     figure = Figure(figsize=(15, 6.5), layout='constrained')
     FigureCanvasAgg(figure)
@@ -44,7 +42,7 @@ def draw(body: Body, stance: Stance, path: Path) -> None:
                 points = _surface(placed) + stance.origins_m[link.name]
                 _fill(plot, flat(points), colour)
         if axes == (1, 0):
-            corners = flat(stance_corners(stance))
+            corners = flat(_corners(stance))
             plot.fill(*corners.T, facecolor='none', edgecolor='green', linestyle='--',
                       label='support polygon')
         for name, foot in stance.feet.items():
@@ -79,7 +77,7 @@ def _near(axes: tuple[int, int], point: Array) -> bool:
     return bool(axes == (1, 0) or point[1 if axes == (0, 2) else 0] > 0)
 
 
-def stance_corners(stance: Stance) -> Array:
+def _corners(stance: Stance) -> Array:
     """Return the corners (4, 3) of the support polygon."""
     return np.column_stack([stance.polygon_m, np.zeros(len(stance.polygon_m))])
 

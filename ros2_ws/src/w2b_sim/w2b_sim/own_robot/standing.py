@@ -30,7 +30,7 @@ OVERLAP_M = 0.001
 
 @dataclass(frozen=True)
 class Standing:
-    """How a robot stood: how far it sank and crept after it settled, and how far it tilted."""
+    """How far a robot sank from its start, crept after it settled, and tilted."""
 
     engine: str
     sinks_m: float

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from w2b_core.bodies.model import Link, Placed, Vector
 from w2b_core.bodies.points import spheres
-from w2b_core.bodies.robot_file.posed import turned
 from w2b_core.bodies.robot_file.settings import FORWARD
 from w2b_core.bodies.robot_file.urdf_reader import Mesh, Place, Urdf, UrdfJoint
-from w2b_core.bodies.turning import from_rpy, to_rpy
+from w2b_core.bodies.turning import from_axis_angle, from_rpy, to_rpy
 from w2b_sim.own_robot.legs import Legs
 
 Array = NDArray[np.float64]
@@ -88,8 +87,8 @@ class _Leg:
         for joint in self._path:
             place = place.then(joint.place)
             found[joint.name] = place.at_m
-            place = Place(place.turn @ turned(np.array(joint.axis), given.get(joint.name, 0.0)),
-                          place.at_m)
+            turn = from_axis_angle(np.array(joint.axis), given.get(joint.name, 0.0))
+            place = Place(place.turn @ turn, place.at_m)
         tip: Array = place.at_m + place.turn @ self._tip
         return found[self._joints[-2].name], found[self._joints[-1].name], tip
 

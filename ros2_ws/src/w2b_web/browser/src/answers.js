@@ -3,7 +3,8 @@
 import { colourOf } from './colours.js';
 import { byId, element, write } from './dom.js';
 
-const REFUSED = 2;
+// Level of an answer to a word that changes nothing.
+export const REFUSED = 2;
 const FOLLOWS = { true: 'the body follows it', pending: 'waiting for the body …', false: 'no body follows' };
 
 // "... did you mean 'forward' or 'forwards'?" -> ['forward', 'forwards']

@@ -6,7 +6,7 @@ import {
 } from 'three';
 
 const VERTEX = `
-varying vec2 at; uniform vec2 centre;
+varying vec2 at;
 void main() { vec4 world = modelMatrix * vec4(position, 1.0); at = world.xy;
   gl_Position = projectionMatrix * viewMatrix * world; }`;
 const FRAGMENT = `

@@ -1,6 +1,6 @@
 // The page of w2b: see the robot, say words to it, stop it.
 
-import { showAnswer, showLegend, showSaid } from './answers.js';
+import { REFUSED, showAnswer, showLegend, showSaid } from './answers.js';
 import { colourOf } from './colours.js';
 import { byId, element, write } from './dom.js';
 import { Link } from './link.js';
@@ -105,7 +105,7 @@ function forget() {
 
 // A refused word changes nothing: the robot goes on with what it does.
 function follow(answer) {
-  if (answer.level >= 2) return;
+  if (answer.level >= REFUSED) return;
   const standing = answer.received === 0 || answer.message.startsWith('standing');
   behaviour = standing ? '' : answer.behaviour ?? answer.text;
   if (!used.includes(behaviour)) used = [...used, behaviour];
@@ -192,8 +192,7 @@ byId('arm-dialog').addEventListener('close', event => {
 });
 followTheme(name => {
   view?.theme(name);
-  for (const [key, plot] of Object.entries(plots)) if (key !== 'joints') plot.name(key === 'supply' ? ['supply'] : ['roll', 'pitch', 'yaw']);
-  if (names.joints.length) takers.names(names);
+  for (const plot of Object.values(plots)) plot.restyle();
 });
 // For the tests: what was drawn.
 window.w2b = { shown, get drawn() { return view?.drawn ?? 0; }, get last() { return last; }, get behaviour() { return behaviour; } };

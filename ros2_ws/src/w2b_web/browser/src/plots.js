@@ -8,6 +8,7 @@ const SHOWN_S = 20;
 const HEIGHT_PX = 120;
 
 export class Plot {
+  #names = [];
   #data = [[]];
   #plot = null;
   #place;
@@ -17,17 +18,25 @@ export class Plot {
     this.#place = place;
     this.#legend = legend;
     if (names) this.name(names);
+    new ResizeObserver(() => this.#plot?.setSize({
+      width: this.#width(), height: HEIGHT_PX })).observe(place);
   }
+
+  #width() { return Math.max(50, this.#place.clientWidth); }
+
+  // In the colours of the theme; what was drawn goes.
+  restyle() { if (this.#plot) this.name(this.#names); }
 
   name(names) {
     this.#plot?.destroy();
+    this.#names = names;
     this.#data = [[], ...names.map(() => [])];
     const style = getComputedStyle(document.documentElement);
     const ink = style.getPropertyValue('--dim'), rule = style.getPropertyValue('--line');
     const axis = { stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { show: false },
       font: '11px system-ui' };
     this.#plot = new uPlot({
-      width: Math.max(50, this.#place.clientWidth), height: HEIGHT_PX, scales: { x: { time: false } },
+      width: this.#width(), height: HEIGHT_PX, scales: { x: { time: false } },
       legend: { show: false }, cursor: { show: false },
       axes: [{ ...axis, size: 22 }, { ...axis, size: 42 }],
       series: [{}, ...names.map((label, index) => ({
@@ -39,8 +48,6 @@ export class Plot {
       item.prepend(dot);
       return item;
     }));
-    new ResizeObserver(() => this.#plot?.setSize({
-      width: Math.max(50, this.#place.clientWidth), height: HEIGHT_PX })).observe(this.#place);
   }
 
   add(time, values) {

@@ -13,7 +13,7 @@ from pathlib import Path
 from w2b_core.bodies.model import Body
 from w2b_core.bodies.robot_file.build import build
 from w2b_core.bodies.robot_file.findings import Finding, Findings, Grade, RobotFileError
-from w2b_core.bodies.robot_file.names import plain_names
+from w2b_core.bodies.robot_file.names import plain_name
 from w2b_core.bodies.robot_file.settings import Settings, read_settings
 from w2b_core.bodies.robot_file.stance import Stance
 from w2b_core.bodies.robot_file.urdf_reader import Urdf, read_urdf
@@ -63,6 +63,5 @@ def read(path: Path) -> RobotFile:
         return RobotFile(settings, None, settings.wiring, None, None, tuple(found))
     urdf = read_urdf(settings.urdf, found)
     body, stance = build(urdf, settings, found)
-    joints = plain_names('joint', settings.wiring, Findings(path))
-    wiring = {joints[name]: one for name, one in settings.wiring.items()}
+    wiring = {plain_name('joint', name): one for name, one in settings.wiring.items()}
     return RobotFile(settings, body, wiring, stance, urdf, tuple(found))

@@ -25,7 +25,7 @@ from w2b_core.bodies.robot_file.findings import Findings
 from w2b_core.bodies.robot_file.masses import Mass, bounds, link_mass, together
 from w2b_core.bodies.robot_file.names import plain_names
 from w2b_core.bodies.robot_file.posed import Part, Posed, pose
-from w2b_core.bodies.robot_file.settings import FEET, Settings, of_pattern
+from w2b_core.bodies.robot_file.settings import DEFAULT_SWING_RAD, FEET, Settings, of_pattern
 from w2b_core.bodies.robot_file.stance import Stance
 from w2b_core.bodies.robot_file.urdf_reader import Mesh, Place, Urdf, UrdfJoint
 from w2b_core.bodies.turning import from_rpy, to_rpy
@@ -35,7 +35,6 @@ Array = NDArray[np.float64]
 DIGITS = 10
 #: Less swing than this is no gait.
 LEAST_SWING_RAD = 0.05
-DEFAULT_SWING_RAD = 0.4
 DENSITY_OF_A_STAND_IN = 1000.0
 WORLD = 'earth'
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from w2b_core.bodies.model import Body, Vector
 from w2b_core.bodies.points import spheres
-from w2b_core.bodies.robot_file.posed import turned
 from w2b_core.bodies.robot_file.stance import origins_m
+from w2b_core.bodies.turning import from_axis_angle
 
 Array = NDArray[np.float64]
 #: By so much a joint is moved to ask.
@@ -22,7 +22,7 @@ _SHARE = 0.4
 
 
 @dataclass(frozen=True)
-class Motion:
+class TipMotion:
     """The tip of a joint's limb at the stance (3,), from the base, and its way (3,) by the step."""
 
     tip_m: Array
@@ -49,7 +49,7 @@ def in_words(way_m: Array) -> str:
                         if length >= _SHARE * longest)
 
 
-def motions(body: Body) -> dict[str, Motion]:
+def motions(body: Body) -> dict[str, TipMotion]:
     """Return what a step of each joint in its positive direction does: joint -> motion."""
     origins = origins_m(body)
     children: dict[str, list[str]] = {}
@@ -67,6 +67,6 @@ def motions(body: Body) -> dict[str, Motion]:
         axis = np.asarray(joint.axis) / np.linalg.norm(joint.axis)
         # The tip is what moves farthest: beside the axis, not along it.
         tip = max(points, key=lambda point: float(np.linalg.norm(np.cross(axis, point - origin))))
-        way = turned(axis, STEP_RAD) @ (tip - origin) - (tip - origin)
-        found[joint.name] = Motion(tip, way)
+        way = from_axis_angle(axis, STEP_RAD) @ (tip - origin) - (tip - origin)
+        found[joint.name] = TipMotion(tip, way)
     return found

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from w2b_core.bodies.robot_file.findings import Findings
 from w2b_core.bodies.robot_file.settings import FORWARD, Settings, of_pattern
 from w2b_core.bodies.robot_file.urdf_reader import MOVING, Place, Urdf, UrdfJoint
-from w2b_core.bodies.turning import from_rpy
+from w2b_core.bodies.turning import from_axis_angle, from_rpy
 
 Array = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ def pose(urdf: Urdf, settings: Settings, found: Findings) -> Posed:
         place = places[joint.parent].then(joint.place)
         if joint.kind in MOVING:
             axis = place.turn @ np.array(joint.axis)
-            place = Place(place.turn @ turned(np.array(joint.axis), angle), place.at_m)
+            place = Place(place.turn @ from_axis_angle(np.array(joint.axis), angle), place.at_m)
         places[joint.child] = place
         if moves(joint, settings):
             axes[joint.name], stand[joint.name] = axis, angle
@@ -92,14 +92,6 @@ def moves(joint: UrdfJoint, settings: Settings) -> bool:
     """Return whether a servo turns this joint."""
     return joint.kind in MOVING and not any(
         fnmatchcase(joint.name, pattern) for pattern in settings.locked)
-
-
-def turned(axis: Array, angle_rad: float) -> Array:
-    """Return the rotation matrix (3, 3) by an angle about a unit axis (3,)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn: Array = np.eye(3) + np.sin(angle_rad) * cross + (1 - np.cos(angle_rad)) * cross @ cross
-    return turn
 
 
 def _check_moving(joint: UrdfJoint, angle: float, found: Findings) -> None:

@@ -14,11 +14,10 @@ from w2b_core.network import Network
 from w2b_sim.engines.batched import kernel
 from w2b_sim.engines.batched.compilation import compiled_evaluate
 from w2b_sim.engines.batched.contacts import TOUCH_GAP_M
-from w2b_sim.engines.batched.machine import columns, lane_seeds
+from w2b_sim.engines.batched.machine import columns, noisy
 from w2b_sim.engines.batched.serial_recorder import (
     SerialRecorder,
     finite,
-    noisy,
     numbers,
     signals_of,
     wrong,
@@ -113,8 +112,7 @@ class BatchedEngine(SerialRecorder):
             np.zeros((*shape[:2], layout.hidden)) if primed is None else numbers(primed),
             columns(self._starts(starts, given), shape),
             columns(self._parameters(given), shape),
-            lane_seeds(np.broadcast_to(given['seed'], shape).reshape(count), blocks * layout.lanes),
-            noisy(given))
+            self._seeds(given, shape), noisy(given))
         outcome = self._call(batch, blocks, clock).reshape(*shape, -1)
         outcome[wrong(outcome) | failed_pairs[..., None]] = np.nan
         return Evaluation(outcome[..., :3], outcome[..., 3], outcome[..., 4],

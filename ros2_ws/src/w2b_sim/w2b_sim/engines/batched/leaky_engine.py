@@ -15,7 +15,7 @@ from w2b_core.network.leaky import BLOCKS, LeakyNetwork
 from w2b_sim.engines.batched import kernel
 from w2b_sim.engines.batched.contacts import TOUCH_GAP_M
 from w2b_sim.engines.batched.leaky_variations import LeakyVariations
-from w2b_sim.engines.batched.machine import Machine, columns, lane_seeds
+from w2b_sim.engines.batched.machine import Machine, columns, noisy
 from w2b_sim.engines.batched.recording_kernel import RecordedBatch
 from w2b_sim.engines.interface import Start
 from w2b_sim.recording import Recording
@@ -129,11 +129,7 @@ class LeakyEngine(Machine):
         drives = LeakyNetwork(**{block.name: getattr(network, block.name)[:, None, None]
                                  for block in BLOCKS}).drive(said)
         given = variations.arrays(shape, self.world, TOUCH_GAP_M)
-        count, layout = int(np.prod(shape)), self.layout
-        blocks = -(-count // layout.lanes)
-        noisy = any(given[name].any() for name in (
-            'touch_delay', 'touch_flip_probability', 'push_m_s', 'motor_noise_rad_s',
-            'gyro_noise_rad_s', 'gravity_noise'))
+        layout = self.layout
         period = self.world.control_period_s
         offset = given['heading_offset_rad']
         parameters = [*self._parameters(given), given['servo_speed_scale'],
@@ -154,9 +150,8 @@ class LeakyEngine(Machine):
             start=columns(self._starts(starts, given), shape),
             parameters=columns(parameters, shape), zeros=np.ascontiguousarray(
                 variations.zeros(shape, layout.joints)),
-            seeds=lane_seeds(np.broadcast_to(given['seed'], shape).reshape(count),
-                             blocks * layout.lanes),
-            noisy=bool(noisy))
+            seeds=self._seeds(given, shape),
+            noisy=noisy(given, 'gyro_noise_rad_s', 'gravity_noise'))
 
 
 def _together(first: Array, second: Array) -> Array:

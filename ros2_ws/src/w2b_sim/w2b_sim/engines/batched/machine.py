@@ -190,6 +190,12 @@ class Machine:
                              f'{self.world.control_period_s} s, got {list(seconds)}')
         return np.repeat(np.arange(len(frames)), [*frames[:-1], frames[-1] + 1])
 
+    @property
+    def _frame_widths(self) -> tuple[int, ...]:
+        """Numbers of one frame in each array of a `FrameLog`."""
+        joints = self.layout.joints
+        return 3, 4, 1, joints, joints, self.layout.touches, joints, joints
+
     def _recorded(self, batch: RecordedBatch, shape: tuple[int, int, int],
                   clock: kernel.Clock | None = None) -> Recording:
         """
@@ -201,9 +207,8 @@ class Machine:
         if clock is None:
             self._settle()
             clock = self._clock._replace(steps=frames)
-        joints = layout.joints
-        log = FrameLog(*(np.zeros((count, frames, width), dtype=self._dtype) for width in (
-            3, 4, 1, joints, joints, layout.touches, joints, joints)))
+        log = FrameLog(*(np.zeros((count, frames, width), dtype=self._dtype)
+                         for width in self._frame_widths))
         evaluate = compiled_evaluate_recorded()
 
         def run(first: int, last: int) -> None:
@@ -213,6 +218,11 @@ class Machine:
             array.reshape(*shape, *array.shape[1:]) for array in log)
         return Recording(self.world.control_period_s, place, turn, rate[..., 0], angle, target,
                          touch, effort, limited)
+
+    def _seeds(self, given: dict[str, Array], shape: tuple[int, int, int]) -> NDArray[np.uint32]:
+        """Return the seeds of evaluations (C, W, K), padded to whole blocks of lanes."""
+        seeds = np.broadcast_to(given['seed'], shape).ravel()
+        return lane_seeds(seeds, -(-len(seeds) // self.layout.lanes) * self.layout.lanes)
 
     def _starts(self, starts: Sequence[Start], given: dict[str, Array]) -> list[Array]:
         """Return height and quaternion w, x, y, z: turned by roll, then pitch, then yaw."""
@@ -263,6 +273,12 @@ def lane_seeds(seeds: Array, padded: int) -> NDArray[np.uint32]:
     result = np.zeros(padded, dtype=np.uint32)
     result[:len(seeds)] = (mixed >> np.uint64(32)).astype(np.uint32)
     return result
+
+
+def noisy(given: dict[str, Array], *more: str) -> bool:
+    """Return whether a deviation asks for random numbers; `more` are those of one engine alone."""
+    return any(given[name].any() for name in (
+        'touch_delay', 'touch_flip_probability', 'push_m_s', 'motor_noise_rad_s', *more))
 
 
 @lru_cache(maxsize=4)

@@ -13,7 +13,7 @@ from w2b_core.outcome import Outcome
 from w2b_sim.engines.batched import complete
 from w2b_sim.engines.batched.compilation import compiled_prime
 from w2b_sim.engines.batched.contacts import TOUCH_GAP_M
-from w2b_sim.engines.batched.machine import Machine, columns, lane_seeds
+from w2b_sim.engines.batched.machine import Machine, columns, noisy
 from w2b_sim.engines.batched.parameters import NOMINAL_LEAKY
 from w2b_sim.engines.batched.recording_kernel import RecordedBatch
 from w2b_sim.engines.batched.variations import Variations
@@ -71,11 +71,10 @@ class SerialRecorder(Machine):
         phase = np.zeros(self.world.steps, dtype=np.int64)
         batch, shape, failed = self._recorded_batch(network, signals[:, :, None], phase, starts,
                                                     variations)
-        layout = self.layout
-        numbers = len(phase) * (8 + 4 * layout.joints + layout.touches)
         found = complete.joined([
             complete.complete_outcome(self._recorded(piece, part))
-            for piece, part in complete.pieces(batch, shape, numbers, layout.lanes)])
+            for piece, part in complete.pieces(batch, shape, len(phase) * sum(self._frame_widths),
+                                               self.layout.lanes)])
         figures = np.concatenate([found.final_position_m, found.path_length_m[..., None],
                                   found.largest_step_m[..., None]], axis=-1)
         return complete.without(found, failed | wrong(figures))
@@ -87,7 +86,6 @@ class SerialRecorder(Machine):
         controllers = self._check(network, signals, starts)
         layout, phases = self.layout, signals.shape[2]
         shape = (controllers, signals.shape[1], len(starts))
-        count = shape[0] * shape[1] * shape[2]
         failed = self._failed(network)
         given = (variations or Variations()).arrays(shape, self.world, TOUCH_GAP_M)
         hidden, motor = (finite(weights, failed) for weights in (
@@ -95,18 +93,17 @@ class SerialRecorder(Machine):
         primed = np.zeros((controllers, shape[1] * phases, layout.hidden))
         compiled_prime()(replace(layout, bits=64), hidden, numbers(
             signals.reshape(len(signals), -1, signals.shape[3])), primed)
-        nothing, none = np.zeros((controllers, 0)), np.zeros((len(primed) * primed.shape[1], 0))
+        # A serial network has neither leaks nor drives, and holds nothing.
+        unread, phases_said = np.zeros((controllers, 0)), controllers * shape[1] * phases
         batch = RecordedBatch(
             hidden_weights=np.ascontiguousarray(np.delete(hidden, layout.hidden, axis=2)),
-            hidden_leak=nothing, rest=nothing, motor_weights=motor, motor_leak=nothing,
-            heard_hidden=primed.reshape(-1, layout.hidden), heard_motor=none,
-            holds=np.zeros((len(none), 2)), phase=phase, phases=phases,
-            start=columns(self._starts(starts, given), shape),
+            hidden_leak=unread, rest=unread, motor_weights=motor, motor_leak=unread,
+            heard_hidden=primed.reshape(-1, layout.hidden),
+            heard_motor=np.zeros((phases_said, 0)), holds=np.zeros((phases_said, 2)),
+            phase=phase, phases=phases, start=columns(self._starts(starts, given), shape),
             parameters=columns([*self._parameters(given), *map(np.asarray, NOMINAL_LEAKY)], shape),
-            zeros=np.zeros((count, layout.joints)),
-            seeds=lane_seeds(np.broadcast_to(given['seed'], shape).reshape(count),
-                             -(-count // layout.lanes) * layout.lanes),
-            noisy=noisy(given))
+            zeros=np.zeros((int(np.prod(shape)), layout.joints)),
+            seeds=self._seeds(given, shape), noisy=noisy(given))
         broken = failed[:, None] | ~np.isfinite(signals).all((2, 3))
         return batch, shape, np.broadcast_to(broken[..., None], shape)
 
@@ -151,12 +148,6 @@ def signals_of(signals: ArrayLike, axes: int) -> Array:
 def numbers(values: Array) -> Array:
     """Return values with 0 for what is not finite: what fails is set to NaN afterwards."""
     return np.nan_to_num(np.ascontiguousarray(values), posinf=0.0, neginf=0.0)
-
-
-def noisy(given: dict[str, Array]) -> bool:
-    """Return whether a deviation asks for random numbers."""
-    return any(given[name].any() for name in ('touch_delay', 'touch_flip_probability',
-                                              'push_m_s', 'motor_noise_rad_s'))
 
 
 def wrong(figures: Array) -> NDArray[np.bool_]:
