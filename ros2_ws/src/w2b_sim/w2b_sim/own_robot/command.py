@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -156,14 +155,11 @@ def _export(options: argparse.Namespace) -> int:
 
 def _print(findings: Iterable[Finding], stream: object) -> None:
     """Print findings, those that say the same of several parts in one line."""
-    every = list(findings)
-    alike = Counter((one.grade, one.what, one.fix) for one in every)
-    seen: set[tuple[Grade, str, str]] = set()
-    for one in every:
-        key = (one.grade, one.what, one.fix)
-        if key in seen:
-            continue
-        seen.add(key)
-        more = f' (and {alike[key] - 1} more)' if alike[key] > 1 else ''
-        line = re.sub(r'^([^:]*)', rf'\1{more}', str(one), count=1) if one.where else str(one)
-        print(f'{one.grade.value}: {line}', file=stream)  # type: ignore[call-overload]
+    alike: dict[tuple[Grade, str], list[Finding]] = {}
+    for one in findings:
+        alike.setdefault((one.grade, one.alike or f'{one.what} {one.fix}'), []).append(one)
+    for (grade, _what), same in alike.items():
+        first = same[0]
+        more = f' (and {len(same) - 1} more)' if len(same) > 1 else ''
+        line = re.sub(r'^([^:]*)', rf'\1{more}', str(first), count=1) if first.where else str(first)
+        print(f'{grade.value}: {line}', file=stream)  # type: ignore[call-overload]

@@ -8,7 +8,7 @@ from pathlib import Path
 from w2b_core.bodies.inertia import volume_m3
 from w2b_core.bodies.model import Box, Capsule, Cylinder, Placed
 from w2b_core.bodies.robot_file.build import build
-from w2b_core.bodies.robot_file.findings import Findings, Grade, RobotFileError
+from w2b_core.bodies.robot_file.findings import Findings, RobotFileError
 from w2b_core.bodies.robot_file.posed import pose
 from w2b_core.bodies.robot_file.settings import Settings, read_settings
 from w2b_core.bodies.robot_file.urdf_reader import Mesh, Urdf, read_urdf
@@ -42,7 +42,7 @@ def draft(path: Path, urdf: Path, meshes: Path | None) -> tuple[str, Findings]:
         error among the findings.
 
     """
-    found = Findings(path)
+    found = Findings(urdf)
     described = read_urdf(urdf, found)
     guess = legs.find(described, found)
     shapes, left = _shapes(described, meshes, found)
@@ -54,9 +54,7 @@ def draft(path: Path, urdf: Path, meshes: Path | None) -> tuple[str, Findings]:
     with contextlib.suppress(RobotFileError):  # said by the findings: the maker goes on from here
         build(described, read_settings(path, read, text), read)
     for finding in read:
-        note = found.error if finding.grade is Grade.ERROR else found.warn
-        if finding not in set(found):
-            note(finding.where, finding.what, finding.fix)
+        found.add(finding)
     return text, found
 
 

@@ -112,10 +112,10 @@ def _masses_and_shapes(urdf: Urdf, posed: Posed, settings: Settings, found: Find
             mesh = next((piece.shape for piece in link.pieces if isinstance(piece.shape, Mesh)),
                         None)
             if mesh is not None and not (link.only_visual and link.inertial is None):
-                found.error(f'link {link.name}', f'mesh {mesh.file[-40:]}: the engines know boxes, '
+                found.error(f'link {link.name}', f'mesh {_short(mesh.file)}: the engines know boxes, '
                             'capsules, cylinders and spheres',
                             f'give a primitive (shapes: {{{link.name}: [...]}}) or run `w2b robot '
-                            'init --approximate`')
+                            'init --approximate`', 'mesh')
             parts = tuple(Placed(piece.shape, _vector(piece.place.at_m), to_rpy(piece.place.turn))
                           for piece in link.pieces if not isinstance(piece.shape, Mesh))
             if parts and link.only_visual:
@@ -214,3 +214,8 @@ def _round(value: float, digits: int = DIGITS) -> float:
 def _vector(values: Array, digits: int = DIGITS) -> Vector:
     x, y, z = (_round(value, digits) for value in values)
     return x, y, z
+
+
+def _short(path: str) -> str:
+    """Return the end of a file's path: its folder and its name."""
+    return '/'.join(path.split('/')[-2:])[-60:]

@@ -45,10 +45,10 @@ def link_mass(link: UrdfLink, place: Place, shapes: Sequence[Placed], given_kg: 
     if not mass_kg > 0:
         if inertial is not None and (shapes or inertial.tensor_kg_m2 is not None):
             found.warn(where, 'mass of 0 kg: it weighs nothing here',
-                       f'give masses_kg: {{{link.name}: ...}} if it does')
+                       f'give masses_kg: {{{link.name}: ...}} if it does', 'mass of 0')
         elif shapes:
             found.warn(where, 'no inertial; other simulators assume 1 kg, here it weighs nothing',
-                       f'give masses_kg: {{{link.name}: ...}} if it does')
+                       f'give masses_kg: {{{link.name}: ...}} if it does', 'no inertial')
         return None
     centre = _centre(shapes, place.at_m)
     if inertial is not None and inertial.mass_kg > 0:
@@ -56,7 +56,7 @@ def link_mass(link: UrdfLink, place: Place, shapes: Sequence[Placed], given_kg: 
         off_m, size_m = _outside(shapes, at.at_m)
         if off_m > max(OUTSIDE * size_m, SMALL_M):
             found.warn(where, f'its centre of mass lies {1000 * off_m:.0f} mm outside its shape',
-                       "correct the inertial's origin; the shape's centre is taken")
+                       "correct the inertial's origin; the shape's centre is taken", 'outside')
         else:
             centre = at.at_m
         tensor = _judged(where, inertial.tensor_kg_m2, inertial.mass_kg, shapes, found)
@@ -75,13 +75,13 @@ def _judged(where: str, tensor: Array | None, mass_kg: float, shapes: Sequence[P
     moments = np.linalg.eigvalsh(tensor)
     if moments[0] <= 0 or moments[2] > 1.01 * (moments[0] + moments[1]):
         found.warn(where, f'moments of {_shown(moments)} kg m2, which no solid has: computed from '
-                   'its shape', 'correct the inertial')
+                   'its shape', 'correct the inertial', 'impossible')
         return None
     size_m = _size(shapes) or SMALL_M * 10
     gyration = np.sqrt(moments.sum() / 2 / mass_kg) / size_m
     if not GYRATION[0] <= gyration <= GYRATION[1]:
         found.warn(where, f'{moments[2]:.3g} kg m2 for {mass_kg:.3g} kg: placeholder; computed '
-                   'from its shape', 'correct the inertial if that is wrong')
+                   'from its shape', 'correct the inertial if that is wrong', 'placeholder')
         return None
     return tensor
 
