@@ -77,19 +77,20 @@ def _capsule(length_m: float, radius_m: float) -> Capsule:
 
 
 def _box(points: Array) -> tuple[Array, Array, Array]:
-    """Return turn (3, 3), centre (3,) and size (3,) of a box around points: straight, if it fits."""
+    """Return turn (3, 3), centre (3,) and size (3,) of a box around points, straight if it fits."""
     from trimesh.bounds import oriented_bounds
 
     low, high = points.min(axis=0), points.max(axis=0)
     straight = np.eye(3), (low + high) / 2, np.maximum(high - low, 1e-4)
     try:
         to_box, size = oriented_bounds(points)
-    except Exception:  # points in a plane, of which it raises several kinds
+    except Exception:  # points in a plane or a line, of which it raises several kinds
         return straight
+    size = np.maximum(size, 1e-4)
     if float(np.prod(size)) > TURNED * float(np.prod(straight[2])):
         return straight
     turn = to_box[:3, :3].T
-    return turn, -turn @ to_box[:3, 3], np.maximum(size, 1e-4)
+    return turn, -turn @ to_box[:3, 3], size
 
 
 def _vertices(link: str, mesh: Mesh, folder: Path, found: Findings) -> Array | None:
@@ -134,16 +135,16 @@ def _find(where: str, name: str, folder: Path, found: Findings) -> Path | None:
     there = (folder / end for end in ends[:1 if plain else None])
     path = next((path for path in there if _is_file(path)), None)
     shown_name = name if len(name) <= SHOWN else f'...{name[-SHOWN:]}'
-    if not name.lower().endswith(FORMATS):
+    if path is None and not plain and not colon:
+        found.error(where, f'mesh {shown_name} leaves the folder {folder}, and no end of it is '
+                    'there', 'give the folder of the meshes: --meshes DIR')
+    elif not name.lower().endswith(FORMATS):
         found.error(where, f'mesh {shown_name}: expected one of {", ".join(FORMATS)}', 'convert it')
-    elif path is not None:
-        return inside(folder, path.relative_to(folder).as_posix(), where, found)
-    elif plain or colon:
+    elif path is None:
         found.error(where, f'mesh {shown_name}: no readable file of at most {MAX_BYTES:,} bytes in '
                     f'{folder}', 'give the folder of the meshes: --meshes DIR')
     else:
-        found.error(where, f'mesh {shown_name} leaves the folder {folder}, and no end of it is '
-                    'there', 'give the folder of the meshes: --meshes DIR')
+        return inside(folder, path.relative_to(folder).as_posix(), where, found)
     return None
 
 

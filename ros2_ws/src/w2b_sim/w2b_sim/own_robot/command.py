@@ -14,6 +14,7 @@ from w2b_core.bodies.robot_file.directions import motions
 from w2b_core.bodies.urdf import to_urdf
 from w2b_core.command_process import command
 from w2b_core.files import write_atomically
+from w2b_core.network.symmetry import NotSymmetricError, find_mirror, find_mirrors
 
 ABOUT = """\
 A robot of your own: one URDF and one YAML in, a body that can be trained out.
@@ -83,6 +84,11 @@ def _check(options: argparse.Namespace) -> int:
         print(f'{options.robot}: names the body {robot.settings.body}; its wiring is in order')
         return 0
     _print(robot.findings, sys.stdout)
+    try:
+        find_mirror(body, 'left_right')
+    except NotSymmetricError as error:
+        print(f'warning: {error}: each leg is trained for itself; correct the URDF if the robot is '
+              'symmetric')
     print(_about(robot))
     print('+10 degrees of each joint moves the end of its leg:')
     for name, motion in motions(body).items():
@@ -100,8 +106,6 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _about(robot: RobotFile) -> str:
-    from w2b_core.network.symmetry import find_mirrors
-
     body, stance = robot.body, robot.stance
     assert body is not None
     assert stance is not None

@@ -19,7 +19,8 @@ DENSITY_KG_M3 = 600.0
 SWING_RAD, ROLL_SWING_RAD = 0.4, 0.25
 #: Mass of a robot up to which servos of a class are usual: torque in N m, what they are.
 SERVOS = ((0.6, 0.18, 'a metal gear micro servo of 14 g at 5 V'),
-          (1.5, 0.9, 'a servo of 10 kg cm'), (1000.0, 2.0, 'a servo of 20 to 25 kg cm'))
+          (1.5, 0.9, 'a servo of 10 kg cm'), (6.0, 2.0, 'a servo of 20 to 25 kg cm'),
+          (1000.0, 20.0, 'a geared brushless motor'))
 
 
 def draft(path: Path, urdf: Path, meshes: Path | None) -> tuple[str, Findings]:

@@ -33,12 +33,13 @@ class Mass:
     tensor_kg_m2: Array
 
 
-def link_mass(link: UrdfLink, place: Place, shapes: Sequence[Placed], given_kg: float | None,
-              found: Findings) -> Mass | None:
+def link_mass(link: UrdfLink, place: Place, shapes: Sequence[Placed], ends: Sequence[Array],
+              given_kg: float | None, found: Findings) -> Mass | None:
     """
     Return a link's mass at its `place` in the world; None if it has none.
 
-    `shapes` are the link's in the world, `given_kg` a mass that the maker's file gives.
+    `shapes` and the joints (3,) at its `ends` are in the world, `given_kg` is a mass that the
+    maker's file gives.
     """
     where, inertial = f'link {link.name}', link.inertial
     mass_kg = given_kg if given_kg is not None else inertial.mass_kg if inertial else 0.0
@@ -53,7 +54,10 @@ def link_mass(link: UrdfLink, place: Place, shapes: Sequence[Placed], given_kg: 
     centre = _centre(shapes, place.at_m)
     if inertial is not None and inertial.mass_kg > 0:
         at = place.then(inertial.place)
-        off_m, size_m = _outside(shapes, at.at_m)
+        # A collision shape may be a part of the link, which reaches from joint to joint. A centre
+        # of mass at the very origin says nothing: nobody gave it.
+        near = ends if inertial.place.at_m.any() else ()
+        off_m, size_m = _outside(shapes, near, at.at_m)
         if off_m > max(OUTSIDE * size_m, SMALL_M):
             found.warn(where, f'its centre of mass lies {1000 * off_m:.0f} mm outside its shape',
                        "correct the inertial's origin; the shape's centre is taken", 'outside')
@@ -119,11 +123,13 @@ def _size(shapes: Sequence[Placed]) -> float:
     return float(np.linalg.norm(high - low))
 
 
-def _outside(shapes: Sequence[Placed], point: Array) -> tuple[float, float]:
-    """Return how far a point is outside the box around shapes, and how large that is, m."""
+def _outside(shapes: Sequence[Placed], ends: Sequence[Array], point: Array
+             ) -> tuple[float, float]:
+    """Return how far a point is outside the box around shapes and ends, and its diagonal, m."""
     if not shapes:
         return 0.0, 1.0
     low, high = bounds(shapes)
+    low, high = np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
     return (float(np.linalg.norm(np.maximum(0, np.maximum(low - point, point - high)))),
             float(np.linalg.norm(high - low)))
 

@@ -24,7 +24,8 @@ MAX_BYTES = 10_000_000
 #: Lengths beyond this are no small robot's: the file is in millimetres.
 LARGEST_M = 5.0
 MOVING = ('revolute', 'continuous')
-_TYPES = (*MOVING, 'fixed', 'prismatic', 'floating', 'planar')
+SLIDING = ('prismatic', 'floating', 'planar')
+_TYPES = (*MOVING, 'fixed', *SLIDING)
 
 
 @dataclass(frozen=True)
