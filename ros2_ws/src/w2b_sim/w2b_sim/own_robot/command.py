@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from w2b_core.bodies.robot_file.directions import motions
 from w2b_core.bodies.urdf import to_urdf
 from w2b_core.command_process import command
 from w2b_core.files import write_atomically
+from w2b_core.network.symmetry import NotSymmetricError, find_mirror, find_mirrors
 
 ABOUT = """\
 A robot of your own: one URDF and one YAML in, a body that can be trained out.
@@ -94,6 +94,11 @@ def _check(options: argparse.Namespace) -> int:
         print(f'{options.robot}: names the body {robot.settings.body}; its wiring is in order')
         return 0
     _print(robot.findings, sys.stdout)
+    try:
+        find_mirror(body, 'left_right')
+    except NotSymmetricError as error:
+        print(f'warning: {error}: each leg is trained for itself; correct the URDF if the robot is '
+              'symmetric')
     print(_about(robot))
     print('+10 degrees of each joint moves the end of its leg:')
     for name, motion in motions(body).items():
@@ -111,8 +116,6 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _about(robot: RobotFile) -> str:
-    from w2b_core.network.symmetry import find_mirrors
-
     body, stance = robot.body, robot.stance
     assert body is not None
     assert stance is not None
@@ -178,14 +181,11 @@ def _draw(options: argparse.Namespace) -> int:
 
 def _print(findings: Iterable[Finding], stream: object) -> None:
     """Print findings, those that say the same of several parts in one line."""
-    every = list(findings)
-    alike = Counter((one.grade, one.what, one.fix) for one in every)
-    seen: set[tuple[Grade, str, str]] = set()
-    for one in every:
-        key = (one.grade, one.what, one.fix)
-        if key in seen:
-            continue
-        seen.add(key)
-        more = f' (and {alike[key] - 1} more)' if alike[key] > 1 else ''
-        line = re.sub(r'^([^:]*)', rf'\1{more}', str(one), count=1) if one.where else str(one)
-        print(f'{one.grade.value}: {line}', file=stream)  # type: ignore[call-overload]
+    alike: dict[tuple[Grade, str], list[Finding]] = {}
+    for one in findings:
+        alike.setdefault((one.grade, one.alike or f'{one.what} {one.fix}'), []).append(one)
+    for (grade, _what), same in alike.items():
+        first = same[0]
+        more = f' (and {len(same) - 1} more)' if len(same) > 1 else ''
+        line = re.sub(r'^([^:]*)', rf'\1{more}', str(first), count=1) if first.where else str(first)
+        print(f'{grade.value}: {line}', file=stream)  # type: ignore[call-overload]
