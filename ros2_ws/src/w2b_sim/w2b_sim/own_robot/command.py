@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from w2b_core import bodies
 from w2b_core.bodies import robot_file
 from w2b_core.bodies.robot_file import Finding, Grade, RobotFile, RobotFileError
 from w2b_core.bodies.robot_file.directions import motions
@@ -22,6 +23,7 @@ A robot of your own: one URDF and one YAML in, a body that can be trained out.
   w2b robot init my.urdf            draft my.yaml: chains, feet, stance, forward
   w2b robot check my.yaml           validate it, draw it from three sides, let it stand for 5 s
   w2b robot export my.yaml --out D  the cleaned URDF and MJCF, for other simulators
+  w2b robot draw BODY --out F.svg   drawings to build it from: views, wiring, horns
 
 Then train it: docs/robots.md.
 """
@@ -49,9 +51,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     export = verbs.add_parser('export', help='write the cleaned URDF and MJCF')
     export.add_argument('robot', type=Path, help='YAML file')
     export.add_argument('--out', type=Path, required=True, metavar='DIR')
+    draw = verbs.add_parser('draw', help='drawings to build a robot from')
+    draw.add_argument('body', help='YAML file, or name of a registered body')
+    draw.add_argument('--out', type=Path, required=True, metavar='SVG')
+    draw.add_argument('--sheet', choices=('views', 'wiring', 'horns'), default='views',
+                      help='views: dimensions, joints and their positive directions; wiring: the '
+                      'servo board, IMU, supply; horns: pulses at zero and at the limits '
+                      '(default: %(default)s)')
     options = parser.parse_args(arguments)
     try:
-        return {'init': _init, 'check': _check, 'export': _export}[options.verb](options)
+        return {'init': _init, 'check': _check, 'export': _export, 'draw': _draw}[
+            options.verb](options)
     except RobotFileError as error:
         _print(error.findings, sys.stderr)
         print(f'w2b robot: {error.path} cannot be used', file=sys.stderr)
@@ -154,6 +164,18 @@ def _export(options: argparse.Namespace) -> int:
         path = options.out / f'{body.name}{suffix}'
         write_atomically(path, text.encode())
         print(path)
+    return 0
+
+
+def _draw(options: argparse.Namespace) -> int:
+    from w2b_sim.own_robot import drawing, electrics
+
+    if options.out.suffix.lower() != '.svg':
+        raise ValueError(f'--out: expected a name that ends in .svg, got {options.out}')
+    body, wiring = bodies.check(options.body), bodies.wiring(options.body)
+    made = {'views': drawing.views, **electrics.SHEETS}[options.sheet](body, wiring)
+    write_atomically(options.out, made)
+    print(f'{options.out}: {body.name}, {options.sheet}')
     return 0
 
 
