@@ -17,8 +17,9 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 #: Folders and files of tests that run processes against the clock: robots, nodes, measurements.
-REALTIME = ('docs', 'examples', 'faults', 'ros', 'test_demo.py', 'test_readme.py', 'training/measure',
-            'w2b_hw/test_io_thread.py', 'w2b_hw/test_kernel_path.py', 'w2b_web/test_lost_page.py')
+REALTIME = ('docs', 'examples', 'faults', 'ros', 'test_demo.py', 'test_readme.py',
+            'training/measure', 'w2b_hw/test_io_thread.py', 'w2b_hw/test_kernel_path.py',
+            'w2b_web/test_lost_page.py')
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

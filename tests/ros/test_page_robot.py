@@ -218,7 +218,8 @@ def test_two_robots_are_kept_apart(pages, system):
                  'controller:=physical_twin')
     pages.serve()
     page = pages.open()
-    pages.wait(lambda: set(page.last('robots').get('names', ())) >= {'/dog1', '/dog2'}, 'both robots')
+    pages.wait(lambda: {'/dog1', '/dog2'} <= set(page.last('robots').get('names', ())),
+               'both robots')
     page.send('watch', robot='/dog1')
     pages.wait(lambda: page.last('watching').get('robot') == '/dog1', 'the first')
     pages.state(page, brain=True, frames=True)
