@@ -11,7 +11,7 @@ from w2b_core import bodies
 from w2b_core.bodies import description, robot_file
 from w2b_core.bodies.model import Cylinder, Placed, Sphere
 from w2b_core.controller import file as controller_file
-from w2b_core.controller.fields import ControllerFileError
+from w2b_core.json_fields import JsonFileError
 
 ROBOTS = Path(__file__).resolve().parents[2] / 'examples' / 'robots'
 NAMES = ('dog12', 'spider12', 'dog8')
@@ -71,17 +71,17 @@ def test_a_body_that_every_program_has_is_not_carried(tmp_path):
     path = tmp_path / 'c.json'
     controller_file.save(controller(), path)
     assert 'body_description' not in json.loads(path.read_text())
-    with pytest.raises(ControllerFileError, match='controller file that carries its body'):
+    with pytest.raises(JsonFileError, match='controller file that carries its body'):
         bodies.get(str(path))
 
 
 def test_a_body_that_changed_since_is_refused_with_both_hashes():
     made, changed = own(), replace(own(), height_m=0.2)
-    with pytest.raises(ControllerFileError, match='changed since') as error:
+    with pytest.raises(JsonFileError, match='changed since') as error:
         legs_of(made).refuse_another_body(changed)
     for body in (made, changed):
         assert description.sha256(body)[:12] in str(error.value)
-    with pytest.raises(ControllerFileError, match='dog8, which the controller moves'):
+    with pytest.raises(JsonFileError, match='dog8, which the controller moves'):
         legs_of(made).refuse_another_body(own('dog12'))
 
 
@@ -94,12 +94,12 @@ def test_a_body_that_changed_since_is_refused_with_both_hashes():
 def test_a_carried_body_that_was_touched_is_refused(key, value, said, tmp_path):
     document = json.loads(controller_file.dumps(legs_of(own())))
     document['body_description'][key] = value
-    with pytest.raises(ControllerFileError, match=said):
+    with pytest.raises(JsonFileError, match=said):
         controller_file.loads(json.dumps(document))
 
 
 def test_a_controller_that_drives_other_joints_than_its_body_has_is_refused():
-    with pytest.raises(ControllerFileError, match='those of the motors'):
+    with pytest.raises(JsonFileError, match='those of the motors'):
         replace(legs_of(own()), carried=replace(own('dog12'), name='dog8'))
 
 

@@ -4,7 +4,7 @@ A controller and everything that it needs, in one JSON file that people keep, co
 The file holds the network, the body and senses it was evolved for, the words it was trained on
 with a hash of their vectors, and a free record of the training. A body that does not come with the
 program is described in the file, with a hash: nothing else is needed to use it. Reading trusts
-nothing: every damage is a `ControllerFileError` of one line that names the file, the field, what
+nothing: every damage is a `JsonFileError` of one line that names the file, the field, what
 was expected and what came.
 """
 
@@ -14,9 +14,7 @@ from importlib import resources
 from pathlib import Path
 
 from w2b_core.bodies import description
-from w2b_core.controller import fields as controller_json
 from w2b_core.controller import legs_format, serial_format
-from w2b_core.controller.fields import ControllerFileError, Fields, Text, expect
 from w2b_core.controller.model import (
     Controller,
     Motor,
@@ -24,9 +22,10 @@ from w2b_core.controller.model import (
     vector_sha256,
 )
 from w2b_core.files import write_atomically
+from w2b_core.json_fields import Fields, JsonFileError, Text, expect, read, write
 from w2b_core.network import LeakyNetwork
 
-__all__ = ['Controller', 'ControllerFileError', 'Motor', 'TrainedWord', 'body_argument', 'dumps',
+__all__ = ['Controller', 'JsonFileError', 'Motor', 'TrainedWord', 'body_argument', 'dumps',
            'load', 'loads', 'resolve', 'save', 'shipped', 'shipped_names', 'vector_sha256']
 
 FORMAT = 'w2b-controller'
@@ -43,7 +42,7 @@ def dumps(controller: Controller) -> str:
         version, middle = 2, legs_format.dump(controller, network)
     else:
         version, middle = 1, serial_format.dump(controller, network)
-    return controller_json.write({
+    return write({
         'format': FORMAT, 'version': version, 'body': controller.body,
         'period_s': controller.period_s, **middle,
         'words': [vars(word) for word in controller.words],
@@ -53,8 +52,8 @@ def dumps(controller: Controller) -> str:
 
 
 def loads(text: str) -> Controller:
-    """Return the controller that `text` describes (ControllerFileError if it is damaged)."""
-    top = controller_json.read(text)
+    """Return the controller that `text` describes (JsonFileError if it is damaged)."""
+    top = read(text)
     # A file of another format or version has other fields: these two come first.
     name, version = top.text('format'), top.integer('version')
     expect(name == FORMAT, 'format', repr(FORMAT), name)
@@ -84,7 +83,7 @@ def load(path: str | Path) -> Controller:
 
     Raises
     ------
-    ControllerFileError
+    JsonFileError
         If it is missing or damaged, in one line: the file, the field, what was expected, what
         came.
 
@@ -99,16 +98,16 @@ def load(path: str | Path) -> Controller:
                Text(f'{size:,} bytes'))
         text = path.read_bytes().decode('utf-8')
     except UnicodeDecodeError as error:
-        raise ControllerFileError(f'{path}: expected UTF-8 text, got byte '
-                                  f'0x{error.object[error.start]:02x} at {error.start}') from None
+        raise JsonFileError(f'{path}: expected UTF-8 text, got byte '
+                            f'0x{error.object[error.start]:02x} at {error.start}') from None
     except (OSError, ValueError) as error:
-        if isinstance(error, ControllerFileError):
+        if isinstance(error, JsonFileError):
             raise
-        raise ControllerFileError(f'{path}: expected a readable file, got {error}') from None
+        raise JsonFileError(f'{path}: expected a readable file, got {error}') from None
     try:
         return loads(text)
-    except ControllerFileError as error:
-        raise ControllerFileError(f'{path}: {error}') from None
+    except JsonFileError as error:
+        raise JsonFileError(f'{path}: {error}') from None
 
 
 def save(controller: Controller, path: str | Path) -> None:
@@ -117,7 +116,7 @@ def save(controller: Controller, path: str | Path) -> None:
 
     Raises
     ------
-    ControllerFileError
+    JsonFileError
         If the file could not be loaded again, or not be written.
 
     """
@@ -127,12 +126,12 @@ def save(controller: Controller, path: str | Path) -> None:
     try:
         data = text.encode('utf-8')
     except UnicodeEncodeError as error:
-        raise ControllerFileError(f'{path}: expected Unicode text, got {error}') from None
+        raise JsonFileError(f'{path}: expected Unicode text, got {error}') from None
     try:
         write_atomically(path, data)
     except OSError as error:
-        raise ControllerFileError(f'{path}: expected to write a controller file there, '
-                                  f'got {error.strerror or error}') from None
+        raise JsonFileError(f'{path}: expected to write a controller file there, '
+                            f'got {error.strerror or error}') from None
 
 
 def shipped_names() -> tuple[str, ...]:
@@ -141,7 +140,7 @@ def shipped_names() -> tuple[str, ...]:
 
 
 def shipped(name: str) -> Path:
-    """Return the file of the shipped controller `name` (ControllerFileError if there is none)."""
+    """Return the file of the shipped controller `name` (JsonFileError if there is none)."""
     expect(name in shipped_names(), 'controller', f'one of {", ".join(shipped_names())}', name)
     return _shipped_folder() / f'{name}.json'
 
@@ -152,7 +151,7 @@ def resolve(name_or_path: str) -> Path:
 
     Raises
     ------
-    ControllerFileError
+    JsonFileError
         If no shipped controller has this name.
 
     """
