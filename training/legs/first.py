@@ -11,7 +11,7 @@ from training.legs.recipe import Recipe
 from w2b_core import bodies
 from w2b_core.network.leaky import step
 from w2b_core.network.sharing import LOGISTIC, Sharing
-from w2b_core.network.symmetry import limbs_of
+from w2b_core.network.symmetry import Mirror, SignedPermutation, limbs_of
 
 Array = NDArray[np.float64]
 
@@ -32,14 +32,39 @@ def first_genomes(recipe: Recipe, sharing: Sharing, rng: np.random.Generator, pe
     limbs = drives(bodies.get(recipe.body))
     # What belongs to one swing keeps its phase together within a genome.
     shift = rng.uniform(-np.pi, np.pi, part.tries)
-    alone = _limbs_alone(recipe)
-    for entry in part.entries:
-        if entry.of not in alone:
-            continue
+    for entry in _entries(recipe):
         _enter(entry, sharing, genomes, limbs[entry.of], rng, shift)
     for behaviour in part.stance:
         _stand(sharing, genomes, sharing.behaviours.index(behaviour))
     return genomes
+
+
+def _entries(recipe: Recipe) -> list[Entry]:
+    """
+    Return the entries of the limbs that follow no other.
+
+    A right leg without entries of its own, of a body without a left-right mirror, has those of the
+    left one before it, mirrored: half a cycle apart, with left and right exchanged.
+    """
+    given = {entry.of for entry in recipe.first.entries}
+    images = Mirror('left_right', {}, SignedPermutation((), ()), ()).behaviours(recipe.behaviours)
+    other = {name: recipe.behaviours[images.place[number]]
+             for number, name in enumerate(recipe.behaviours)}
+    found = []
+    for limb in sorted(_limbs_alone(recipe)):
+        source = limb if limb in given else limb - limb % 2
+        for entry in recipe.first.entries:
+            if entry.of != source:
+                continue
+            if source == limb:
+                found.append(entry)
+            elif not isinstance(entry.joint, int):  # whose sign is known
+                phase = entry.phase_rad and (entry.phase_rad[0] + np.pi,
+                                             entry.phase_rad[1] + np.pi)
+                found.append(entry.model_copy(update={
+                    'of': limb, 'phase_rad': phase,
+                    'behaviours': tuple(other[name] for name in entry.behaviours)}))
+    return found
 
 
 def _limbs_alone(recipe: Recipe) -> frozenset[int]:

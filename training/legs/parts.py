@@ -75,9 +75,10 @@ class FirstPart(Strict):
     """
     The first genomes: an oscillator, entries that are known to help, random numbers elsewhere.
 
-    Entries of a limb that mirrors an earlier one are left out: they follow. Under the behaviours of
-    `stance` the command's own synapses onto the motors hold the body where it stands. `tries` are
-    drawn, and the best one is where the search begins.
+    Entries of a limb that mirrors an earlier one are left out: they follow. A right leg without
+    entries that follows none mirrors the left one before it. Under the behaviours of `stance` the
+    command's own synapses onto the motors hold the body where it stands. `tries` are drawn, and
+    the best one is where the search begins.
     """
 
     rhythm_hz: Positive = 1.6

@@ -61,9 +61,11 @@ def test_a_limb_that_mirrors_another_follows_it_whatever_the_recipe_says_of_it()
     assert (network.command[:, other, backward] == 0).all()
 
 
+@pytest.mark.parametrize('symmetry', ['found', ()])
 @pytest.mark.parametrize('path', ROBOTS, ids=lambda path: path.stem)
-def test_the_best_first_genome_walks_both_ways_and_turns_both_ways(path):
-    recipe = load_recipe(OWN_ROBOT, body=str(path))
+def test_the_best_first_genome_walks_both_ways_and_turns_both_ways(path, symmetry):
+    network = {'symmetry': symmetry, 'begins': 'stop'}
+    recipe = load_recipe(OWN_ROBOT, body=str(path), network=network)
     task, rng = Task(recipe), np.random.default_rng(0)
     genomes = first_genomes(recipe, task.sharing, rng, task.world.control_period_s)
     earned = task.run(genomes, task.examination((4.0,), 1, rng), 10)
