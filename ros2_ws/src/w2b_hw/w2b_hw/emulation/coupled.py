@@ -28,6 +28,7 @@ from w2b_hw.emulation.motion import Vector
 from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.imu.lsm6dsox_lis3mdl import Lsm6dsoxLis3mdl as Part
 from w2b_hw.joints import of_body
+from w2b_hw.targets import FRAME_S
 from w2b_sim.engines import registry
 from w2b_sim.engines.inertial import matrix
 from w2b_sim.engines.interface import Start
@@ -38,8 +39,6 @@ Array = NDArray[np.float64]
 #: Physics advances in slices of about a sample of the IMU, 104 Hz; pulses take effect at the next
 #: one, as they do at the next of the PCA9685's cycles of 20 ms.
 SLICE_S = 0.01
-#: Between two frames of the hardware node.
-FRAME_S = 0.05
 #: A process that was stopped for longer does not make up for it.
 CATCH_UP_S = 2.0
 DEFAULT_ENGINE = 'mujoco'
