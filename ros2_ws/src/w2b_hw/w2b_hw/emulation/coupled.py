@@ -27,7 +27,7 @@ from w2b_hw.emulation.lsm6dsox import Lsm6dsox
 from w2b_hw.emulation.motion import Vector
 from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.imu.lsm6dsox_lis3mdl import Lsm6dsoxLis3mdl as Part
-from w2b_hw.joints import of_body
+from w2b_hw.joints import named
 from w2b_hw.targets import FRAME_S
 from w2b_sim.engines import registry
 from w2b_sim.engines.inertial import matrix
@@ -80,7 +80,7 @@ class SimulatedBody:
                  start: Start | None = None) -> None:
         self.body = bodies.get(body)
         self._world = WORLDS[self.body.world]
-        robot = calibration or nominal(joints=of_body(self.body))
+        robot = calibration or nominal(joints=named(body))
         servos = {servo.joint: servo for servo in robot.servos}
         missing = [joint.name for joint in self.body.joints if joint.name not in servos]
         if missing:
