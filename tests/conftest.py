@@ -17,9 +17,9 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 #: Folders and files of tests that run processes against the clock: robots, nodes, measurements.
-REALTIME = ('docs', 'examples', 'faults', 'ros', 'w2b_controller', 'w2b_description', 'w2b_hw',
-            'w2b_ros', 'w2b_web', 'test_demo.py', 'test_readme.py', 'training/measure',
-            'training/study', 'w2b_core/test_vocabulary.py')
+REALTIME = ('docs', 'examples', 'faults', 'ros', 'test_demo.py', 'test_readme.py',
+            'training/measure', 'w2b_hw/test_io_thread.py', 'w2b_hw/test_kernel_path.py',
+            'w2b_web/test_lost_page.py')
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
