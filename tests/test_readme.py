@@ -59,8 +59,8 @@ def test_it_is_short():
 def test_its_figures_are_those_of_the_pages_that_commands_write():
     ear, legs = ((ROOT / 'docs' / f'{name}.md').read_text(encoding='utf-8')
                  for name in ('grounding', 'legs'))
-    families, few = re.search(r'understands ([\d.]+) with all\s+other families heard, ([\d.]+) with',
-                              README).groups()
+    families, few = re.search(r'understands ([\d.]+) with all\s+other families heard, '
+                              r'([\d.]+) with', README).groups()
     assert f'| all words but one family heard | {families} (' in ear
     assert f'| 4 words a behaviour heard | {few} (' in ear
     speed, error = re.search(r'walk ([\d.]+) body lengths a second .*?within (\d+) degrees', README,
