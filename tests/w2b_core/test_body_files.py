@@ -1,6 +1,7 @@
 """A body from a file, and a body that files carry: the same to the bit, with a hash."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -137,3 +138,41 @@ def test_a_makers_file_says_how_its_servos_are_wired():
     wiring = bodies.wiring(str(ROBOTS / 'dog12.yaml'))
     assert (wiring['fr_upper'].channel, wiring['fr_upper'].direction) == (5, -1)
     assert list(wiring) == [joint.name for joint in own('dog12').joints]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder with dog8's files."""
+    for name in ('dog8.urdf', 'dog8.yaml'):
+        shutil.copy(ROBOTS / name, tmp_path)
+    return tmp_path
+
+
+def test_a_robots_yaml_means_the_controller_beside_it_that_carries_this_very_body(folder):
+    robot = folder / 'dog8.yaml'
+    body = bodies.get(str(robot))
+    (folder / 'notes.json').write_text('[]')
+    (folder / 'body.json').write_text('{"format": "w2b-body"}')
+    with pytest.raises(JsonFileError, match='in its folder, got none; train one'):
+        controller_file.resolve(str(robot))
+    controller_file.save(legs_of(replace(body, length_m=0.2)), folder / 'dog8.json')
+    with pytest.raises(JsonFileError, match=r'dog8\.json: body: .*changed since'):
+        controller_file.resolve(str(robot))
+    controller_file.save(legs_of(body), folder / 'best.json')
+    assert controller_file.resolve(str(robot)) == folder / 'best.json'
+    controller_file.save(legs_of(body), folder / 'dog8_legs.json')
+    assert controller_file.resolve(str(robot)) == folder / 'dog8_legs.json'
+    found = controller_file.load(controller_file.resolve(str(robot)))
+    # The node takes the YAML, which has the wiring too.
+    assert controller_file.body_argument(found, str(robot)) == str(robot)
+    robot.write_text('urdf: gone.urdf')
+    with pytest.raises(ValueError, match=r'gone\.urdf|feet'):
+        controller_file.resolve(str(robot))
+
+
+def test_a_yaml_that_only_wires_a_registered_body_means_its_shipped_controller(tmp_path):
+    robot = tmp_path / 'mine.yaml'
+    robot.write_text('body: physical_twin\n')
+    path = controller_file.resolve(str(robot))
+    assert path == controller_file.shipped('physical_twin')
+    assert controller_file.body_argument(controller_file.load(path), str(robot)) == str(robot)

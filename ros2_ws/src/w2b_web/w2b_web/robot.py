@@ -116,7 +116,8 @@ class Robot:
             drawn = shape.read(describe(bodies.get(name)))
         except ValueError as error:
             drawn = {'name': name, 'links': [], 'joints': [], 'notes': [
-                f'{error}; publish its URDF on robot_description to see it']}
+                f'{error}; to see it, publish its URDF on robot_description: '
+                'w2b description --ros-args -p body:=FILE']}
         self._tell('shape', **drawn)
 
     def _on_description(self, text: String) -> None:

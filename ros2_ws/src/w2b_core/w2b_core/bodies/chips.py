@@ -7,15 +7,16 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Chip:
+class BoardChip:
     """A chip, as its maker calls it, and the 7-bit addresses that it can have, its usual first."""
 
     name: str
     addresses: tuple[int, ...]
 
 
-SERVO_BOARD = Chip('PCA9685', (0x40,))
-LSM6DSOX, LIS3MDL = Chip('LSM6DSOX', (0x6A, 0x6B)), Chip('LIS3MDL', (0x1C, 0x1E))
-ICM20948 = Chip('ICM-20948', (0x68, 0x69))
+SERVO_BOARD = BoardChip('PCA9685', (0x40,))
+LSM6DSOX, LIS3MDL = BoardChip('LSM6DSOX', (0x6A, 0x6B)), BoardChip('LIS3MDL', (0x1C, 0x1E))
+ICM20948 = BoardChip('ICM-20948', (0x68, 0x69))
 #: The IMUs, as the parameter `imu` has them: the chips of each board.
-IMUS: Mapping[str, tuple[Chip, ...]] = {'lsm6dsox': (LSM6DSOX, LIS3MDL), 'icm20948': (ICM20948,)}
+IMUS: Mapping[str, tuple[BoardChip, ...]] = {
+    'lsm6dsox': (LSM6DSOX, LIS3MDL), 'icm20948': (ICM20948,)}

@@ -13,6 +13,7 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
+from w2b_core import bodies
 from w2b_core.bodies import description
 from w2b_core.controller import legs_format, serial_format
 from w2b_core.controller.model import (
@@ -25,7 +26,8 @@ from w2b_core.files import write_atomically
 from w2b_core.json_fields import Fields, JsonFileError, Text, expect, read, write
 from w2b_core.network import LeakyNetwork
 
-__all__ = ['Controller', 'JsonFileError', 'Motor', 'TrainedWord', 'body_argument', 'dumps',
+__all__ = ['Controller', 'JsonFileError', 'Motor', 'TrainedWord', 'beside', 'body_argument',
+           'dumps',
            'load', 'loads', 'resolve', 'save', 'shipped', 'shipped_names', 'vector_sha256']
 
 FORMAT = 'w2b-controller'
@@ -33,6 +35,8 @@ FORMAT = 'w2b-controller'
 VERSIONS = {1: serial_format.load, 2: legs_format.load}
 #: Hundreds of times a controller of the study; a file beyond it is refused before it is read.
 MAX_BYTES = 4_000_000
+#: Endings of a robot's file, see `bodies.robot_file`.
+ROBOT_SUFFIXES = ('.yaml', '.yml')
 
 
 def dumps(controller: Controller) -> str:
@@ -149,20 +153,65 @@ def resolve(name_or_path: str) -> Path:
     """
     Return the file that a user means: a path if it looks like one, else a shipped controller.
 
+    A robot's YAML means the controller that was made for it, see `beside`.
+
     Raises
     ------
     JsonFileError
         If no shipped controller has this name.
+    ValueError
+        If a robot's YAML cannot be used, or no controller was made for it.
 
     """
+    if name_or_path.endswith(ROBOT_SUFFIXES):
+        return beside(Path(name_or_path))
     if '/' in name_or_path or name_or_path.endswith('.json'):
         return Path(name_or_path)
     return shipped(name_or_path)
 
 
+def beside(robot: Path) -> Path:
+    """
+    Return the controller of a robot's YAML: the file in its folder that carries its very body.
+
+    Of several the one called as the robot counts, then those whose names begin so. For a robot
+    that is a registered body, the shipped controller of that name.
+
+    Raises
+    ------
+    ValueError
+        If the robot's file cannot be used, or there is no such controller: the line says which
+        ones were made for the body as it was before.
+
+    """
+    body = bodies.get(str(robot))
+    if bodies.to_carry(body) is None and body.name in shipped_names():
+        return shipped(body.name)
+    others = []
+    for path in sorted(robot.parent.glob('*.json'), key=lambda path: (
+            path.stem != robot.stem, not path.stem.startswith(robot.stem), path.name)):
+        try:
+            controller = load(path)
+        except JsonFileError:
+            continue  # a file of something else
+        if controller.body == body.name:
+            try:
+                controller.refuse_another_body(body)
+            except JsonFileError as error:
+                others.append(f'{path.name}: {error}')
+            else:
+                return path
+    raise JsonFileError(
+        f'{robot}: expected the controller of this robot in its folder, got '
+        + ('; '.join(others[:3]) or 'none') + '; train one (docs/tutorials/robot.md), or give its '
+        'file')
+
+
 def body_argument(controller: Controller, name_or_path: str) -> str:
     """Return what names its body to a node: the body's name, or the file if that describes it."""
-    return controller.body if controller.carried is None else name_or_path
+    # A robot's YAML has its wiring too, also where the body is a registered one.
+    is_robot = name_or_path.endswith(ROBOT_SUFFIXES)
+    return name_or_path if is_robot or controller.carried is not None else controller.body
 
 
 def _shipped_folder() -> Path:

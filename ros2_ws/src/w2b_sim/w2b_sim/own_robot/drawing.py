@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from w2b_core.bodies.model import Body, Joint
 from w2b_core.bodies.robot_file.directions import motions
 from w2b_core.bodies.wiring import Wiring
-from w2b_sim.own_robot.geometry import Limb, arc_m, extent_m, limbs
+from w2b_sim.own_robot.geometry import JointChain, arc_m, extent_m, limbs
 from w2b_sim.own_robot.outline import Flat, fill
 
 Array = NDArray[np.float64]
@@ -155,7 +155,7 @@ def arrow(plot: Any, tail: Array, head: Array, colour: str, style: str = '-|>') 
         'shrinkA': 0, 'shrinkB': 0})
 
 
-def _limb(plot: Any, found: Sequence[Limb]) -> None:
+def _limb(plot: Any, found: Sequence[JointChain]) -> None:
     """Draw the first limb in its own plane with its lengths, and say what the others have."""
     limb = found[0]
     places = limb.places_m - limb.places_m[0]

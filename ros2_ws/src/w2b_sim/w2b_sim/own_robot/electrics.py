@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from w2b_core.bodies.chips import IMUS, SERVO_BOARD, Chip
+from w2b_core.bodies.chips import IMUS, SERVO_BOARD, BoardChip
 from w2b_core.bodies.model import Body, Joint
 from w2b_core.bodies.wiring import CHANNELS, Wiring
 from w2b_sim.own_robot.drawing import ARROW, arrow, as_svg, sheet
@@ -67,7 +67,7 @@ def wiring_diagram(body: Body, wiring: Mapping[str, Wiring]) -> bytes:
     return as_svg(figure)
 
 
-def _chip(chip: Chip) -> str:
+def _chip(chip: BoardChip) -> str:
     return f'{chip.name} ' + '/'.join(f'0x{address:02X}' for address in chip.addresses)
 
 

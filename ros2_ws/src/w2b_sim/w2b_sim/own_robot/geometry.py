@@ -30,7 +30,7 @@ def extent_m(body: Body, links: tuple[Link, ...] = ()) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class Limb:
+class JointChain:
     """
     Joints one after the other, from the base outwards.
 
@@ -49,7 +49,7 @@ class Limb:
         return tuple(round(1000 * float(step), 1) for step in steps)
 
 
-def limbs(body: Body) -> list[Limb]:
+def limbs(body: Body) -> list[JointChain]:
     """Return a body's limbs, in the order of their first joints."""
     origins = origins_m(body)
     below: dict[str, list[Joint]] = {}
@@ -70,7 +70,7 @@ def limbs(body: Body) -> list[Limb]:
         # The lowest of those that are farthest: a foot, not the corner above it.
         end, radius = max(ends, key=lambda one: (round(float(np.linalg.norm(one[0] - start)), 6),
                                                  -one[0][2]))
-        found.append(Limb(chain, np.array([*(origins[joint.child] for joint in chain), end]),
+        found.append(JointChain(chain, np.array([*(origins[joint.child] for joint in chain), end]),
                           radius))
     return found
 
