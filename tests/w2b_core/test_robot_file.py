@@ -208,11 +208,11 @@ BAD = {
 def changed(tmp_path, change):
     for name in ('dog12.urdf', 'dog12.yaml'):
         shutil.copy(ROBOTS / name, tmp_path)
-    name, old, new, count = change
-    path = tmp_path / name
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new, count))
+    for name, old, new, count in (change if isinstance(change[0], tuple) else (change,)):
+        path = tmp_path / name
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, count))
     return tmp_path / 'dog12.yaml'
 
 
@@ -254,6 +254,12 @@ WARN = {
                             'feet: differ by 3 mm'),
     'a hot servo': (in_yaml('torque_nm: 0.9', 'torque_nm: 0.15'), 'it runs hot'),
     'a scale': (in_yaml('weigh_kg: 0.9', 'weigh_kg: 4.0'), 'all masses are scaled by 4.46'),
+    'a robot of lead': ((in_urdf('<mass value="0.42"/>', '<mass value="11.0"/>'),
+                         in_yaml('weigh_kg: 0.9', 'length_m: 0.2'),
+                         in_yaml('torque_nm: 0.9', 'torque_nm: 9')),
+                        'weighs 11.5 kg as described, 9[0-9]{3} kg for a cubic metre'),
+    'a name with a space': (in_urdf('"computer"', '"the computer"', 9),
+                            'link the computer: is called the_computer here'),
     'a hyphen': (in_urdf('"fr_hip"', '"fr-hip"', 9), 'link fr-hip: is called fr_hip here'),
 }
 
@@ -287,6 +293,11 @@ def test_xacro_in_a_comment_or_a_commented_macro_is_no_xacro(tmp_path):
     link = '<link name="computer">'
     path = changed(tmp_path, in_urdf(
         link, f'<!-- <xacro:macro name="leg"> <box size="${{length}} 1 1"/> $(find x) -->{link}'))
+    assert robot_file.read(path).body == robot_file.read(ROBOTS / 'dog12.yaml').body
+
+
+def test_continuous_joints_turn_as_far_as_the_maker_says(tmp_path):
+    path = changed(tmp_path, in_urdf('type="revolute"', 'type="continuous"', 99))
     assert robot_file.read(path).body == robot_file.read(ROBOTS / 'dog12.yaml').body
 
 

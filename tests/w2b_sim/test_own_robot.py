@@ -174,6 +174,31 @@ def test_a_point_cloud_in_a_plane_gets_a_thin_box():
     assert placed.shape.size_m == pytest.approx((0.1, 0.05, 1e-4))
 
 
+COVER = ('<link name="{0}"><visual><geometry><mesh filename="{0}.stl"/></geometry></visual></link>'
+         '<joint name="{0}_fixed" type="fixed"><parent link="{1}"/><child link="{0}"/></joint>')
+
+
+def test_a_cover_that_is_seen_only_needs_no_mesh_a_leg_that_is_does(folder, capsys):
+    path = folder / 'dog12.urdf'
+    whole = path.read_text()
+    path.write_text(whole.replace('</robot>', COVER.format('cover', 'fl_lower') + '</robot>'))
+    assert robot('init', path, '--approximate') == 0
+    assert "'cover':" not in (folder / 'dog12.yaml').read_text()
+    assert robot_file.read(folder / 'dog12.yaml').body
+    # An upper leg of which nothing but its mesh is there: that is its shape, and gives its mass.
+    (folder / 'dog12.yaml').unlink()
+    start, end = whole.index('<link name="fr_upper">'), whole.index('<joint name="fr_upper"')
+    path.write_text(whole[:start] + '<link name="fr_upper"><visual><origin xyz="0 0 -0.04"/>'
+                    '<geometry><mesh filename="leg.stl" scale="0.001 0.001 0.001"/></geometry>'
+                    '</visual></link>' + whole[end:])
+    assert robot('init', path, '--approximate') == 1
+    assert 'link fr_upper: mesh leg.stl: no readable file' in capsys.readouterr().err
+    trimesh.creation.cylinder(radius=11, height=80, sections=24).export(folder / 'leg.stl')
+    assert robot('init', path, '--approximate') == 0
+    upper = robot_file.read(folder / 'dog12.yaml').body.link('fr_upper')
+    assert upper.mass_kg == pytest.approx(600 * np.pi * 0.011**2 * 0.08, rel=0.1)
+
+
 def test_findings_that_differ_in_names_only_are_one_line(folder, capsys):
     assert robot('init', with_meshes(folder)) == 0
     said = capsys.readouterr().out

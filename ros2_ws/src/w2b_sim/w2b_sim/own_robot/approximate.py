@@ -83,7 +83,8 @@ def _box(points: Array) -> tuple[Array, Array, Array]:
     low, high = points.min(axis=0), points.max(axis=0)
     straight = np.eye(3), (low + high) / 2, np.maximum(high - low, 1e-4)
     try:
-        to_box, size = oriented_bounds(points)
+        with np.errstate(invalid='ignore', divide='ignore'):
+            to_box, size = oriented_bounds(points)
     except Exception:  # points in a plane or a line, of which it raises several kinds
         return straight
     size = np.maximum(size, 1e-4)

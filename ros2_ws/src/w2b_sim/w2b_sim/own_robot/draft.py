@@ -46,7 +46,7 @@ def draft(path: Path, urdf: Path, meshes: Path | None) -> tuple[str, Findings]:
     found = Findings(urdf)
     described = read_urdf(urdf, found)
     guess = legs.find(described, found)
-    shapes, left = _shapes(described, meshes, found)
+    shapes, left = _shapes(described, guess, meshes, found)
     found.stop_at_errors()
     stand = _stand(described, guess, shapes)
     masses = _masses(described, guess, stand, shapes, path)
@@ -66,12 +66,24 @@ def _stand(urdf: Urdf, guess: legs.Legs, shapes: dict[str, tuple[Placed, ...]]
     return standing_pose.find(urdf, guess, shapes) | held
 
 
-def _shapes(urdf: Urdf, meshes: Path | None, found: Findings
+def _shapes(urdf: Urdf, guess: legs.Legs, meshes: Path | None, found: Findings
             ) -> tuple[dict[str, tuple[Placed, ...]], list[str]]:
-    """Return stand-ins for links with meshes, and the links whose meshes are left."""
+    """
+    Return stand-ins for links with meshes, and the links whose meshes are left.
+
+    Covers, which are seen only and weigh nothing, need none where their part has other links.
+    """
+    held = Settings(found.path, 'robot', None, locked=guess.locked,
+                    stand_rad=legs.within_limits(urdf))
+    covers = set()
+    for part in pose(urdf, held, Findings(found.path)).parts:
+        seen_only = {name for name in part.links
+                     if urdf.links[name].only_visual and urdf.links[name].inertial is None}
+        if any(urdf.links[name].pieces for name in set(part.links) - seen_only):
+            covers |= seen_only
     made, left = {}, []
     for link in urdf.links.values():
-        if not any(isinstance(piece.shape, Mesh) for piece in link.pieces):
+        if link.name in covers or not any(isinstance(piece.shape, Mesh) for piece in link.pieces):
             continue
         if meshes is None:
             left.append(link.name)

@@ -8,6 +8,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.bodies.inertia import volume_m3
 from w2b_core.bodies.model import (
     Body,
     Capsule,
@@ -62,7 +63,8 @@ def build(urdf: Urdf, settings: Settings, found: Findings) -> tuple[Body, Stance
     found.stop_at_errors()
     total_kg = sum(one.mass.mass_kg for one in made)
     scale = (settings.weigh_kg or total_kg) / total_kg
-    judge.weights(total_kg, settings, {one.part.links[0]: one.mass.mass_kg * scale
+    volume = sum(volume_m3(shape.shape) for one in made for shape in one.shapes)
+    judge.weights(total_kg, volume, settings, {one.part.links[0]: one.mass.mass_kg * scale
                                        for one in made}, found)
     body = Body(
         name=settings.name,
