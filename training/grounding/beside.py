@@ -35,9 +35,10 @@ def rows(words: Lexicon, vocabularies: Sequence[Vocabulary], net: wordnet.WordNe
                for each in vocabularies]
 
     def behind(place: int) -> Points:
-        return lambda names: places.project(names, vocabularies[place], metrics[place])
+        return lambda names: places.project(names, vocabularies[place], metrics[place],
+                                            forms=False)
 
-    drawn = [retrofit.retrofitted(each, metric, net)
+    drawn = [retrofit.retrofitted(each, metric, net, inflections=False)
              for each, metric in zip(vocabularies, metrics, strict=True)]
     recipes: dict[str, Points] = {
         **{each.name: behind(place) for place, each in enumerate(vocabularies)},

@@ -43,9 +43,14 @@ def measure(words: Lexicon, vocabulary: Vocabulary, metric: Metric, wordnet: Wor
     return found
 
 
-def retrofitted(vocabulary: Vocabulary, metric: Metric, wordnet: WordNet) -> Points:
-    """Return where words lie, each drawn towards the synonyms of all its forms."""
-    relations = wordnet.relations(vocabulary.words)
+def retrofitted(vocabulary: Vocabulary, metric: Metric, wordnet: WordNet, *,
+                inflections: bool = True) -> Points:
+    """
+    Return where words lie, each drawn towards the synonyms of all its forms.
+
+    `inflections`: whether a word's inflections count where it lies, as for the ear.
+    """
+    relations, known = wordnet.relations(vocabulary.words), places.spelt(vocabulary)
     synonyms, forms = _neighbours(relations.synonyms), _neighbours(relations.inflections)
     drawn: dict[str, Array] = {}
 
@@ -53,7 +58,8 @@ def retrofitted(vocabulary: Vocabulary, metric: Metric, wordnet: WordNet) -> Poi
         if word not in drawn:
             own = {word, *forms[word]}
             others = sorted({other for form in own for other in synonyms[form]} - own)
-            here = places.project([word, *others], vocabulary, metric)
+            here = places.project([word, *others], vocabulary, metric, forms=inflections,
+                                  among=known)
             added = SYNONYM_WEIGHT * here[1:].mean(axis=0) if others else 0.0
             drawn[word] = unit(here[0] + added)
         return drawn[word]
