@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from w2b_core.controller.fields import ControllerFileError
 from w2b_core.hearing import Ear, places, teach
 from w2b_core.hearing.metric import Metric, load, unit
+from w2b_core.json_fields import JsonFileError
 from w2b_core.vocabulary import Vocabulary
 
 EAR = Path(__file__).resolve().parents[2] / 'training' / 'grounding' / 'ear.json'
@@ -83,5 +83,5 @@ def test_an_ear_of_version_1_hears_every_word_by_its_own_vector(ear, vocabulary)
 
 
 def test_a_version_that_is_not_known_is_named(ear):
-    with pytest.raises(ControllerFileError, match=r'ear\.format.*1 or 2.*3'):
+    with pytest.raises(JsonFileError, match=r'ear\.format.*1 or 2.*3'):
         Ear.from_json({**ear.to_json(), 'version': 3})

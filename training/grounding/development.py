@@ -7,9 +7,9 @@ What might make the ear better, tried on words that nobody judges.
 Each line of development.txt has three classes of words with opposites (praise | criticize | ask),
 written by hand, each with its inflections; words that share a stem with one of the shipped lexicon
 or of the two in tests/training/grounding/lexicons are left out. Each line is judged as a lexicon
-is: without a metric; behind one of its own, each word by its own vector alone; as the ear does,
-where a word's other inflections count too; and with the cosine to each class's mean, by several
-weights, added to the logits of the logistic regression.
+is: without a metric; behind one of its own, each word by its own vector alone; that with the cosine
+to each class's mean, by several weights, added to the logits of the logistic regression; and as the
+ear does, where a word's other inflections count too.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ def measure(vocabulary: Vocabulary, net: wordnet.WordNet, words: Lexicon) -> lis
     plain, alone = unit(unit(vectors) - metric.mean), metric.project(vectors)
     where = places.project(list(index), vocabulary, metric, among=known)
     return [_row(words, partial(_at, points, index), partial(learner, weight), known)
-            for points, weight in ((plain, 0.0), (alone, 0.0),
-                                   *((where, weight) for weight in WEIGHTS))]
+            for points, weight in ((plain, 0.0), *((alone, weight) for weight in WEIGHTS),
+                                   (where, 0.0))]
 
 
 def _at(where: Array, index: Mapping[str, int], names: Sequence[str]) -> Array:
@@ -92,7 +92,7 @@ def _row(words: Lexicon, points: Points, learn: Learner, known: frozenset[str]) 
 
 
 def main(paths: Sequence[str]) -> int:
-    """Print the mean accuracy over the lexicons by recipe, and its difference from the ear's."""
+    """Print the mean accuracy over the lexicons by recipe, and its difference from the base."""
     vocabulary, net = Vocabulary.load(), wordnet.WordNet()
     judged = [word for path in (lexicon.SHIPPED, *sorted(TESTS.glob('*.json')))
               for word in lexicon.load(path).words]
@@ -101,10 +101,11 @@ def main(paths: Sequence[str]) -> int:
     found = np.array([measure(vocabulary, net, each) for each in words])
     rows: list[tuple[str, ...]] = [('recipe', *(f'k = {count}' for count in COUNTS),
                                     'one family left out')]
-    names = ('no metric', 'each word by its own vector alone', 'the ear',
-             *(f'and the mean, weight {weight:g}' for weight in WEIGHTS[1:]))
+    base = 'each word by its own vector alone'
+    names = ('no metric', base, *(f'and the cosine to the mean, weight {weight:g}'
+                                  for weight in WEIGHTS[1:]), 'the ear: inflections count too')
     for index, name in enumerate(names):
-        gains = found[:, index] - found[:, names.index('the ear')]
+        gains = found[:, index] - found[:, names.index(base)]
         errors = gains.std(axis=0, ddof=min(1, len(found) - 1)) / np.sqrt(len(found))
         rows.append((name, *(
             f'{mean:.3f} ({gain:+.3f} ± {1.96 * error:.3f})' for mean, gain, error in
