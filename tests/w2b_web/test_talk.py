@@ -1,6 +1,7 @@
 """Push to talk through the page's server: words are heard, and what attacks it is refused."""
 
 import asyncio
+import json
 import shutil
 import time
 from importlib.util import find_spec
@@ -8,13 +9,15 @@ from importlib.util import find_spec
 import aiohttp
 import pytest
 
-from tests.w2b_web.serving import heard, until
+from tests.w2b_web.serving import until
 from tests.w2b_web.test_attacks import run, serving, until_closed
 from w2b_web.voice.sound import LONGEST_BYTES, RATE_HZ
 from w2b_web.voice.synthesis import Voice, in_noise
 
 __all__ = ['serving']
 PIECE = 2048
+#: Loading the model takes 0.3 s of a processor that has nothing else to do.
+HEARD_S = 60.0
 needs_speech = pytest.mark.skipif(
     shutil.which('espeak-ng') is None or find_spec('pocketsphinx') is None,
     reason='needs espeak-ng (apt-get install espeak-ng) and pocketsphinx (requirements/listen.txt)')
@@ -25,6 +28,16 @@ def spoken():
     """Return a function that says a word as a microphone in a quiet room hears it."""
     voice = Voice('espeak-ng', 'en-us')
     return lambda word: in_noise(voice.say(word), 30.0, 0).astype('<i2').tobytes()
+
+
+async def heard(page, kind):
+    async with asyncio.timeout(HEARD_S):
+        while True:
+            message = json.loads((await page.receive()).data)
+            if message['k'] == 'ping':
+                await page.send_json({'do': 'pong', 'number': 0})
+            elif message['k'] == kind:
+                return message
 
 
 async def say(page, sound):
@@ -82,14 +95,13 @@ def test_nobody_waits_while_words_are_recognised(serving, spoken):
         async with serving.page(session) as talker, serving.page(session) as other:
             await heard(other, 'watching')
             await say(talker, spoken('gallop'))
-            late_s = []
-            while not talker._reader._buffer and len(late_s) < 20:
-                began_s, count = time.monotonic(), serving.asked.count('stop')
+            waiting = asyncio.create_task(heard(talker, 'heard'))
+            while not waiting.done():
+                count = serving.asked.count('stop')
                 await other.send_json({'do': 'stop'})
                 await until(lambda count=count: serving.asked.count('stop') > count, 'stop')
-                late_s.append(time.monotonic() - began_s)
-            assert (await heard(talker, 'heard'))['text'] == 'gallop'
-            assert max(late_s) < 0.5
+            assert (await waiting)['text'] == 'gallop'
+            assert serving.asked.count('stop') > 10, 'each is answered before the next'
     run(attack)
 
 
@@ -103,11 +115,7 @@ def test_a_recogniser_that_died_is_started_again(serving, spoken):
             listener._process.kill()
             await asyncio.sleep(1.1)
             await say(page, spoken('march'))
-            try:
-                async with asyncio.timeout(20.0):
-                    assert (await heard(page, 'heard'))['text'] == 'march'
-            except TimeoutError:
-                raise AssertionError('not heard') from None
+            assert (await heard(page, 'heard'))['text'] == 'march'
             assert listener.started == 2
     run(attack)
 
@@ -141,20 +149,27 @@ def test_a_piece_that_is_too_large_ends_its_connection(serving):
     run(attack)
 
 
-def test_a_flood_of_sound_keeps_six_seconds_then_ends_and_stop_is_heard(serving):
+def test_a_flood_of_sound_keeps_six_seconds_then_ends_and_stop_is_heard(
+        serving, monkeypatch):
     async def attack(session):
         async with serving.page(session) as good, serving.page(session) as flood:
             await flood.send_json({'do': 'talk'})
-            talks = serving.hub._talks
-            with_sound = []
+            talks, kept = serving.hub._talks, []
+            take = talks.take
+
+            def watched(page, sound):
+                may = take(page, sound)
+                kept.append(len(talks._talks[page].sound))
+                return may
+            monkeypatch.setattr(talks, 'take', watched)
             try:
                 for _ in range(2000):
                     await flood.send_bytes(b'\x01' * 4000)
-                    with_sound += [len(talk.sound) for talk in talks._talks.values()]
             except (ConnectionError, aiohttp.ClientError):
                 pass
             await until_closed(flood)
-            assert 0 < max(with_sound) <= LONGEST_BYTES
+            assert max(kept) == LONGEST_BYTES
+            assert len(kept) < 1000, 'it ends long before'
             await until(lambda: not talks._talks, 'that its sound is dropped')
             await good.send_json({'do': 'stop'})
             await until(lambda: serving.asked.count('stop') == 1, 'stop')
