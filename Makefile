@@ -35,8 +35,9 @@ setup-play:
 build-play: setup-play
 	$(COLCON)
 
-demo: build-demo ## Walk the simulated robot by words; writes out/demo/
-	@$(RUN) python -m demo --out out/demo
+demo: build-demo ## Walk the simulated robot by words; writes out/demo/ (ROBOT=, ENGINE=)
+	@$(RUN) python -m demo --out out/demo $(if $(ROBOT),--controller $(ROBOT)) \
+	    $(if $(ENGINE),--engine $(ENGINE))
 
 play: build-play ## Talk to a robot in the browser (ROBOT=, ENGINE=, HARDWARE=simulated, PORT=)
 	@$(RUN) w2b play $(if $(ROBOT),--robot $(ROBOT)) $(if $(ENGINE),--engine $(ENGINE)) \

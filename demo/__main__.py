@@ -42,7 +42,8 @@ def main() -> int:
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--out', type=Path, default=Path('out/demo'), help='folder for the results')
     parser.add_argument('--controller', default='physical_twin',
-                        help='shipped controller or path of a controller file')
+                        help="shipped controller, path of a controller file, or of a robot's YAML "
+                        'with its controller beside it (default: %(default)s)')
     parser.add_argument('--engine', default='pybullet', help='simulator (default: %(default)s)')
     options = parser.parse_args()
     console = Console()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, degrees, sin, tau
 
 import numpy as np
@@ -34,17 +34,27 @@ class Line:
 TALK = (Line('forward', 'forward', 4.0), Line('halt', 'stop', 2.0), Line('left', 'left', 4.0),
         Line('march', 'forward', 4.0), Line('banana', '', 1.5), Line('stop', 'stop', 2.0),
         Line('revert', 'backward', 4.0), Line('right', 'right', 4.0), Line('sit', 'sit', 3.0))
+#: How long a robot of one's own turns.
+OWN_TURN_S = 10.0
 #: For one that is primed with words: three behaviours.
 PRIMED = (Line('forward', 'forward', 25.0), Line('stop', 'stop', 25.0),
           Line('backward', 'backward', 25.0), Line('halt', 'stop', 25.0))
 
 
 def script_of(controller: Controller) -> tuple[Line, ...]:
-    """Return what to say to a controller: only behaviours that it has."""
+    """
+    Return what to say to a controller: only behaviours that it has.
+
+    A robot of one's own may turn slowly: it turns for as long as the judge lets it.
+    """
     if not isinstance(controller.ear, Ear):
         return PRIMED
-    return tuple(line for line in TALK
-                 if not line.behaviour or line.behaviour in controller.behaviours)
+    lines = (line for line in TALK
+             if not line.behaviour or line.behaviour in controller.behaviours)
+    if controller.carried is None:
+        return tuple(lines)
+    return tuple(replace(line, seconds=OWN_TURN_S) if line.behaviour in ('left', 'right') else line
+                 for line in lines)
 
 
 def heard_in_training(controller: Controller, word: str) -> bool:

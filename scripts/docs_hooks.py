@@ -39,7 +39,7 @@ def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
                 return f'{mark}[{text}]({up}{rest})'
         if path.startswith('docs/'):
             inside = path.removeprefix('docs/')
-            if inside.endswith(('.json', '.csv', '.zip')):
+            if inside.endswith(('.json', '.csv', '.zip', '.parquet')):
                 return f'{text} (`{path}`)'
             up = posixpath.relpath(inside, posixpath.dirname(page.file.src_uri) or '.')
             return f'{mark}[{text}]({up}{rest})'

@@ -16,10 +16,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 ROOT = Path(__file__).resolve().parent.parent
 
 
-#: Folders and files of tests that run processes against the clock: robots, nodes, measurements.
-REALTIME = ('docs', 'examples', 'faults', 'ros', 'w2b_controller', 'w2b_description', 'w2b_hw',
-            'w2b_ros', 'w2b_web', 'test_demo.py', 'test_readme.py', 'training/measure',
-            'training/study', 'w2b_core/test_vocabulary.py')
+#: Folders and files of tests that measure how soon something happens, or how long it takes.
+REALTIME = ('faults', 'ros/test_footprint.py', 'ros/test_hardware.py', 'ros/test_page_robot.py',
+            'w2b_hw/test_io_thread.py', 'w2b_hw/test_kernel_path.py',
+            'w2b_web/test_lost_page.py')
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

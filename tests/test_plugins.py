@@ -114,7 +114,7 @@ def test_what_was_evolved_is_judged_in_the_engine_of_a_users_own(tmp_path, plugi
 
 def test_a_controller_with_a_sense_of_a_users_own_is_read_where_the_plugin_is(plugin):
     text = controller_file.dumps(controller()).replace('"yaw_rate"', '"bottom_up"')
-    with pytest.raises(controller_file.ControllerFileError, match="got 'bottom_up'"):
+    with pytest.raises(controller_file.JsonFileError, match="got 'bottom_up'"):
         controller_file.loads(text)
     done = subprocess.run(
         [sys.executable, '-c', 'import sys; from w2b_core.controller import file; '

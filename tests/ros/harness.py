@@ -261,6 +261,10 @@ class System:
         self.wait(lambda: int(values_of(self.answers[-1])['received']) > count, 'an answer')
         return self.last_answer()
 
+    def connected_listeners(self) -> int:
+        """How many listeners what this client says reaches."""
+        return int(self._commands.get_subscription_count())
+
     def wait_for_brain(self) -> None:
         """Wait until a brain listens to this client, and what it sends comes here."""
         self.wait(lambda: self.answers and self._commands.get_subscription_count()

@@ -168,7 +168,7 @@ def test_stop_stops_and_pauses_a_simulation_with_a_brain_and_without(pages, syst
     print(f'2 simulated seconds took {time.monotonic() - began_s:.2f} s')
     epoch = page.last('state')['epoch']
     page.send('reset')
-    pages.wait(lambda: page.last('f')['p'][:2] == [0.0, 0.0], 'the start')
+    pages.wait(lambda: page.last('f').get('p', ())[:2] == [0.0, 0.0], 'the start')
     pages.wait(lambda: page.last('state')['epoch'] not in ('', epoch), 'another epoch')
     brain.kill()
     page.send('stop')
@@ -218,9 +218,10 @@ def test_two_robots_are_kept_apart(pages, system):
                  'controller:=physical_twin')
     pages.serve()
     page = pages.open()
-    pages.wait(lambda: set(page.last('robots')['names']) >= {'/dog1', '/dog2'}, 'both robots')
+    pages.wait(lambda: {'/dog1', '/dog2'} <= set(page.last('robots').get('names', ())),
+               'both robots')
     page.send('watch', robot='/dog1')
-    pages.wait(lambda: page.last('watching')['robot'] == '/dog1', 'the first')
+    pages.wait(lambda: page.last('watching').get('robot') == '/dog1', 'the first')
     pages.state(page, brain=True, frames=True)
     page.send('say', text='march', robot='/dog1')
     pages.wait(lambda: page.last('answer').get('body_follows') == 'true', 'the first walking')

@@ -12,7 +12,8 @@ from tests.w2b_web.serving import free_port
 from w2b_web.play import has_display, processes
 
 #: A controller that carries its body, which is no registered one.
-DOG12 = str(Path(__file__).resolve().parents[2] / 'examples' / 'robots' / 'dog12_legs.json')
+ROBOTS = Path(__file__).resolve().parents[2] / 'examples' / 'robots'
+DOG12, DOG12_YAML = str(ROBOTS / 'dog12_legs.json'), str(ROBOTS / 'dog12.yaml')
 
 
 def play(system, *arguments):
@@ -38,6 +39,21 @@ def test_a_simulated_robot_hears_words_and_ctrl_c_ends_all(system):
     assert played.stop() == 0
     assert 'play: all ended' in played.log
     assert not [child for child in started if child.is_running()]
+    page.close()
+
+
+def test_the_page_draws_a_robot_that_comes_from_a_file(system):
+    """Its YAML names the robot, its controller lies beside it."""
+    played, page = play(system, '--robot', DOG12_YAML, '--speed', '2')
+    system.wait(lambda: page.last('shape').get('links') and page.last('f'), 'the drawing')
+    assert page.last('shape')['name'] == 'dog12'
+    turning = {joint['name'] for joint in page.last('shape')['joints'] if joint['kind'] == 'turn'}
+    assert turning == set(page.last('names')['joints'])
+    assert len(turning) == len(page.last('f')['q']) == 12
+    system.wait(lambda: page.last('state').get('brain'), 'the brain')
+    page.send('say', text='march')
+    system.wait(lambda: page.last('answer').get('body_follows') == 'true', 'the body following')
+    assert played.stop() == 0
     page.close()
 
 
@@ -75,12 +91,16 @@ def options(**given):
     ({'robot': 'quadruped', 'engine': 'mujoco', 'speed': 2.0}, 'sim',
      ['body:=quadruped', 'engine:=mujoco', 'real_time_factor:=2.0']),
     ({'robot': DOG12}, 'sim', [f'body:={DOG12}']),
+    ({'robot': DOG12_YAML}, 'sim', [f'body:={DOG12_YAML}']),
+    ({'robot': DOG12_YAML, 'hardware': 'simulated'}, 'hardware', [f'body:={DOG12_YAML}']),
     ({'hardware': 'simulated'}, 'hardware', ['transport:=simulated', 'body:=physical_twin']),
     ({'hardware': 'emulated'}, 'hardware', ['transport:=emulated']),
     ({'namespace': 'dog1'}, 'sim', ['__ns:=/dog1'])])
 def test_what_it_starts(given, robot, words):
     started = processes(options(**given))
-    assert list(started) == [robot, 'brain', 'page']
+    own = given.get('robot', '').startswith('/')
+    assert list(started) == [robot, 'brain', *(['description'] if own else []), 'page']
+    assert not own or f'body:={given["robot"]}' in started['description']
     assert set(words) <= set(started[robot])
     assert f'controller:={given.get("robot", "physical_twin")}' in started['brain']
     assert 'port:=8096' in started['page']

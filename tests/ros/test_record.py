@@ -40,6 +40,17 @@ def recorded(folder):
     return found
 
 
+def hears(system, word):
+    """
+    Say a word to the brain and the recorder, by this client, which both are connected to.
+
+    `say` speaks as soon as the brain is, so that *stop* is never late; a recorder may miss it.
+    """
+    system.wait(lambda: system.connected_listeners() >= 2, 'a recorder of commands')
+    assert system.tell(word)[0] == 0
+    system.wait(lambda: system.last_answer()[2]['body_follows'] == 'true', 'the body following')
+
+
 @pytest.fixture
 def walk(system, w2b, tmp_path):
     """A recording of a simulated robot that heard forward and stop, and what was seen of it."""
@@ -52,10 +63,10 @@ def walk(system, w2b, tmp_path):
     system.start('sim', real_time_factor=1.0)
     system.start('brain')
     system.start('description')
-    assert system.say('forward').exit_code == 0
+    hears(system, 'forward')
     system.wait(lambda: len(recorded(folder).get('/odom', ())) > 40
                 and '/robot_description' in recorded(folder), 'a recording', 60)
-    assert system.say('stop').exit_code == 0
+    hears(system, 'stop')
     system.wait(lambda: len(recorded(folder).get('/command', ())) == 2, 'both words')
     return folder, recorder, seen
 
@@ -175,7 +186,7 @@ def test_a_recording_of_an_emergency_stop_tells_why_it_came(system, w2b, tmp_pat
         recorded(folder)), 'a recording')
     system.wait_for_status('brain: frames', 0, 'sensor frames flow')
     assert system.call(Trigger, 'hardware/arm', Trigger.Request()).success
-    assert system.say('forward').exit_code == 0
+    hears(system, 'forward')
     assert system.call(Trigger, 'hardware/emergency_stop', Trigger.Request()).success
     def told():
         events = w2b('replay', folder, '--events')

@@ -23,15 +23,16 @@ class WholeRobot:
     machine makes a run slow and not wrong. All times here are the body's.
     """
 
-    def __init__(self, system: System, folder: Path, controller: Path) -> None:
+    def __init__(self, system: System, folder: Path, controller: Path,
+                 body: str = 'physical_twin') -> None:
         self.system = system
         self.refusals: list[str] = []
         socket = str(folder / 'chips')
-        system.start('emulator', socket, '--body', 'physical_twin', '--lockstep')
+        system.start('emulator', socket, '--body', body, '--lockstep')
         system.wait(lambda: os.path.exists(socket), 'the emulated chips')
         self.chips = SocketTransport(socket, timeout_s=60.0)
         self.hardware = system.start('hardware', transport=f'simulated:{socket}',
-                                     real_time_factor=0.0)
+                                     real_time_factor=0.0, body=body)
         self.brain = system.start('brain', controller=str(controller))
         system.wait_for_brain()
 

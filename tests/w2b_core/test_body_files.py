@@ -1,6 +1,7 @@
 """A body from a file, and a body that files carry: the same to the bit, with a hash."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from w2b_core import bodies
 from w2b_core.bodies import description, robot_file
 from w2b_core.bodies.model import Cylinder, Placed, Sphere
 from w2b_core.controller import file as controller_file
-from w2b_core.controller.fields import ControllerFileError
+from w2b_core.json_fields import JsonFileError
 
 ROBOTS = Path(__file__).resolve().parents[2] / 'examples' / 'robots'
 NAMES = ('dog12', 'spider12', 'dog8')
@@ -71,17 +72,17 @@ def test_a_body_that_every_program_has_is_not_carried(tmp_path):
     path = tmp_path / 'c.json'
     controller_file.save(controller(), path)
     assert 'body_description' not in json.loads(path.read_text())
-    with pytest.raises(ControllerFileError, match='controller file that carries its body'):
+    with pytest.raises(JsonFileError, match='controller file that carries its body'):
         bodies.get(str(path))
 
 
 def test_a_body_that_changed_since_is_refused_with_both_hashes():
     made, changed = own(), replace(own(), height_m=0.2)
-    with pytest.raises(ControllerFileError, match='changed since') as error:
+    with pytest.raises(JsonFileError, match='changed since') as error:
         legs_of(made).refuse_another_body(changed)
     for body in (made, changed):
         assert description.sha256(body)[:12] in str(error.value)
-    with pytest.raises(ControllerFileError, match='dog8, which the controller moves'):
+    with pytest.raises(JsonFileError, match='dog8, which the controller moves'):
         legs_of(made).refuse_another_body(own('dog12'))
 
 
@@ -94,12 +95,12 @@ def test_a_body_that_changed_since_is_refused_with_both_hashes():
 def test_a_carried_body_that_was_touched_is_refused(key, value, said, tmp_path):
     document = json.loads(controller_file.dumps(legs_of(own())))
     document['body_description'][key] = value
-    with pytest.raises(ControllerFileError, match=said):
+    with pytest.raises(JsonFileError, match=said):
         controller_file.loads(json.dumps(document))
 
 
 def test_a_controller_that_drives_other_joints_than_its_body_has_is_refused():
-    with pytest.raises(ControllerFileError, match='those of the motors'):
+    with pytest.raises(JsonFileError, match='those of the motors'):
         replace(legs_of(own()), carried=replace(own('dog12'), name='dog8'))
 
 
@@ -137,3 +138,41 @@ def test_a_makers_file_says_how_its_servos_are_wired():
     wiring = bodies.wiring(str(ROBOTS / 'dog12.yaml'))
     assert (wiring['fr_upper'].channel, wiring['fr_upper'].direction) == (5, -1)
     assert list(wiring) == [joint.name for joint in own('dog12').joints]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder with dog8's files."""
+    for name in ('dog8.urdf', 'dog8.yaml'):
+        shutil.copy(ROBOTS / name, tmp_path)
+    return tmp_path
+
+
+def test_a_robots_yaml_means_the_controller_beside_it_that_carries_this_very_body(folder):
+    robot = folder / 'dog8.yaml'
+    body = bodies.get(str(robot))
+    (folder / 'notes.json').write_text('[]')
+    (folder / 'body.json').write_text('{"format": "w2b-body"}')
+    with pytest.raises(JsonFileError, match='in its folder, got none; train one'):
+        controller_file.resolve(str(robot))
+    controller_file.save(legs_of(replace(body, length_m=0.2)), folder / 'dog8.json')
+    with pytest.raises(JsonFileError, match=r'dog8\.json: body: .*changed since'):
+        controller_file.resolve(str(robot))
+    controller_file.save(legs_of(body), folder / 'best.json')
+    assert controller_file.resolve(str(robot)) == folder / 'best.json'
+    controller_file.save(legs_of(body), folder / 'dog8_legs.json')
+    assert controller_file.resolve(str(robot)) == folder / 'dog8_legs.json'
+    found = controller_file.load(controller_file.resolve(str(robot)))
+    # The node takes the YAML, which has the wiring too.
+    assert controller_file.body_argument(found, str(robot)) == str(robot)
+    robot.write_text('urdf: gone.urdf')
+    with pytest.raises(ValueError, match=r'gone\.urdf|feet'):
+        controller_file.resolve(str(robot))
+
+
+def test_a_yaml_that_only_wires_a_registered_body_means_its_shipped_controller(tmp_path):
+    robot = tmp_path / 'mine.yaml'
+    robot.write_text('body: physical_twin\n')
+    path = controller_file.resolve(str(robot))
+    assert path == controller_file.shipped('physical_twin')
+    assert controller_file.body_argument(controller_file.load(path), str(robot)) == str(robot)

@@ -223,7 +223,7 @@ def test_damage_is_named_in_one_line(tmp_path, damage):
     data, reason = DAMAGE[damage]
     path = tmp_path / 'controller.json'
     path.write_bytes(data)
-    with pytest.raises(cf.ControllerFileError, match=reason) as caught:
+    with pytest.raises(cf.JsonFileError, match=reason) as caught:
         cf.load(path)
     message = str(caught.value)
     assert '\n' not in message
@@ -246,34 +246,34 @@ def test_any_damage_is_an_error_of_one_line_or_none(tmp_path_factory, place, ins
     error = ''
     try:
         cf.load(path)
-    except cf.ControllerFileError as damage:
+    except cf.JsonFileError as damage:
         error = str(damage)
     assert '\n' not in error
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(cf.ControllerFileError, match='no such file'):
+    with pytest.raises(cf.JsonFileError, match='no such file'):
         cf.load(tmp_path / 'none.json')
 
 
 def test_path_with_a_nul(tmp_path):
-    with pytest.raises(cf.ControllerFileError):
+    with pytest.raises(cf.JsonFileError):
         cf.load('a\0b')
 
 
 def test_directory(tmp_path):
-    with pytest.raises(cf.ControllerFileError, match='got a directory'):
+    with pytest.raises(cf.JsonFileError, match='got a directory'):
         cf.load(tmp_path)
 
 
 def test_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / 'pipe')
-    with pytest.raises(cf.ControllerFileError, match='not a file'):
+    with pytest.raises(cf.JsonFileError, match='not a file'):
         cf.load(tmp_path / 'pipe')
 
 
 def test_endless_file_is_not_read():
-    with pytest.raises(cf.ControllerFileError, match='not a file'):
+    with pytest.raises(cf.JsonFileError, match='not a file'):
         cf.load('/dev/zero')
 
 
@@ -285,19 +285,19 @@ def champion() -> cf.Controller:
 def test_controller_that_could_not_be_loaded_is_not_saved(champion, tmp_path):
     path = tmp_path / 'a.json'
     for record in ({'x': float('nan')}, {'x': {1, 2}}, {'x': np.float32(1)}, {'x': '\ud800'}):
-        with pytest.raises(cf.ControllerFileError) as caught:
+        with pytest.raises(cf.JsonFileError) as caught:
             cf.save(replace(champion, record=record), path)
         assert '\n' not in str(caught.value)
     weights = champion.network.hidden_weights.copy()
     weights[0, 0] = np.nan
     network = replace(champion.network, hidden_weights=weights)
-    with pytest.raises(cf.ControllerFileError, match='finite'):
+    with pytest.raises(cf.JsonFileError, match='finite'):
         replace(champion, network=network)
     batch = Network(weights[None], champion.network.motor_weights[None],
                     champion.network.motor_time_constants)
-    with pytest.raises(cf.ControllerFileError, match='one controller'):
+    with pytest.raises(cf.JsonFileError, match='one controller'):
         replace(champion, network=batch)
-    with pytest.raises(cf.ControllerFileError, match='motor_time_constants'):
+    with pytest.raises(cf.JsonFileError, match='motor_time_constants'):
         replace(champion, network=replace(champion.network, motor_time_constants=np.ones(8)))
     assert list(tmp_path.iterdir()) == []
 
@@ -310,14 +310,14 @@ def test_failed_save_leaves_the_old_file(champion, tmp_path, monkeypatch):
     def fail(*_: object) -> None:
         raise OSError(28, 'No space left on device')
     monkeypatch.setattr('os.replace', fail)
-    with pytest.raises(cf.ControllerFileError, match='No space left'):
+    with pytest.raises(cf.JsonFileError, match='No space left'):
         cf.save(replace(champion, period_s=0.1), path)
     assert path.read_bytes() == before
     assert [entry.name for entry in tmp_path.iterdir()] == ['a.json']
 
 
 def test_save_into_nowhere_says_so(champion, tmp_path):
-    with pytest.raises(cf.ControllerFileError, match='No such file'):
+    with pytest.raises(cf.JsonFileError, match='No such file'):
         cf.save(champion, tmp_path / 'no' / 'a.json')
 
 
@@ -364,7 +364,7 @@ def test_shipped_controllers_load(shared):
     for name in cf.shipped_names():
         controller = cf.load(cf.shipped(name))
         assert cf.dumps(controller) == cf.shipped(name).read_text(encoding='utf-8')
-    with pytest.raises(cf.ControllerFileError, match=r'one of .*quadruped_sensors_off'):
+    with pytest.raises(cf.JsonFileError, match=r'one of .*quadruped_sensors_off'):
         cf.shipped('hexapod')
 
 

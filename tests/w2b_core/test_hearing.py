@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from w2b_core.controller.fields import ControllerFileError
 from w2b_core.hearing import Ear, EarError, Refused, Role, Understood, teach
 from w2b_core.hearing.answers import WordHeard
 from w2b_core.hearing.ear import vectors_sha256
 from w2b_core.hearing.sentence import asked, clauses
+from w2b_core.json_fields import JsonFileError
 from w2b_core.vocabulary import Vocabulary
 
 EAR = Path(__file__).resolve().parents[2] / 'training' / 'grounding' / 'ear.json'
@@ -216,7 +216,7 @@ def test_damaged_json_names_the_field(ear, vocabulary, field, value, names):
         with pytest.raises(EarError, match='vectors'):
             Ear.from_json(damaged).understand('stop', vocabulary)
         return
-    with pytest.raises(ControllerFileError, match=names.replace('[', r'\[')):
+    with pytest.raises(JsonFileError, match=names.replace('[', r'\[')):
         Ear.from_json(damaged)
 
 

@@ -122,6 +122,23 @@ def test_a_lighter_leg_within_the_randomised_masses_is_still_a_mirror():
     assert len(find_mirrors(body)) == 2
 
 
+def test_legs_that_mirror_each_other_as_drawings_do_are_a_mirror_farther_off_they_are_not():
+    twin = bodies.get('physical_twin')
+    origin = np.asarray(twin.joint('front_left_knee').origin_m)
+    for off, mirrors in ((0.005, 2), (0.03, 0)):
+        moved = tuple(map(float, origin + np.array([0, off * twin.length_m, 0])))
+        assert len(find_mirrors(changed(twin, joint='front_left_knee', origin_m=moved))) == mirrors
+
+
+def test_a_base_whose_centre_of_mass_is_beside_the_middle_still_mirrors_left_and_right():
+    twin = bodies.get('physical_twin')
+    off = 0.03 * twin.length_m
+    aside = replace(twin, joints=tuple(
+        replace(joint, origin_m=(joint.origin_m[0], joint.origin_m[1] - off, joint.origin_m[2]))
+        if joint.parent == twin.links[0].name else joint for joint in twin.joints))
+    assert 'left_right' in [mirror.name for mirror in find_mirrors(aside)]
+
+
 def test_a_behaviour_without_its_mirror_image_is_refused():
     twin = bodies.get('physical_twin')
     with pytest.raises(NotSymmetricError, match="'left'"):

@@ -99,7 +99,7 @@ DAMAGE = {
 def test_damage_is_named_in_one_line(what):
     change, reason = DAMAGE[what]
     text = damaged(change)
-    with pytest.raises(cf.ControllerFileError, match=reason) as caught:
+    with pytest.raises(cf.JsonFileError, match=reason) as caught:
         cf.loads(text)
     assert '\n' not in str(caught.value)
 

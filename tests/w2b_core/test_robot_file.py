@@ -123,6 +123,8 @@ BAD = {
                            'declares a document type'),
     'no robot': (in_urdf('robot', 'sdf', 9), 'expected <robot>'),
     'xacro': (in_urdf('0.085 0.045 0', '${x} 0.045 0'), 'expand it: `xacro'),
+    'an argument of xacro': (in_urdf('<robot name="dog12"', '<robot name="$(arg name)"'),
+                             'expand it: `xacro'),
     'a link twice': (in_urdf('<link name="fr_hip"', '<link name="fl_hip"'),
                      'link fl_hip: is described twice'),
     'a joint twice': (in_urdf('<joint name="fr_hip"', '<joint name="fl_hip"'),
@@ -149,7 +151,7 @@ BAD = {
     'a zero axis': (in_urdf('<axis xyz="1 0 0"/>', '<axis xyz="0 0 0"/>'),
                     'joint fl_hip: axis 0 0 0'),
     'a slider': (in_urdf('name="fl_hip" type="revolute"', 'name="fl_hip" type="prismatic"'),
-                 'joint fl_hip: is prismatic'),
+                 r'joint fl_hip: is prismatic: .* lock it: locked: \[fl_hip\]'),
     'an unknown type': (in_urdf('name="fl_hip" type="revolute"', 'name="fl_hip" type="hinge"'),
                         "joint fl_hip: type 'hinge'"),
     'a linkage': (in_urdf(HIP, HIP + '<mimic joint="fr_hip"/>'), 'joint fl_hip: mimics fr_hip'),
@@ -206,11 +208,11 @@ BAD = {
 def changed(tmp_path, change):
     for name in ('dog12.urdf', 'dog12.yaml'):
         shutil.copy(ROBOTS / name, tmp_path)
-    name, old, new, count = change
-    path = tmp_path / name
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new, count))
+    for name, old, new, count in (change if isinstance(change[0], tuple) else (change,)):
+        path = tmp_path / name
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, count))
     return tmp_path / 'dog12.yaml'
 
 
@@ -245,13 +247,19 @@ WARN = {
     'no inertial': (in_urdf('<mass value="0.06"/>', '<mass value="0"/>'),
                     'link computer: mass of 0 kg'),
     'a centre far away': (in_urdf('<origin xyz="0 0.012 0"/>', '<origin xyz="0 0.3 0"/>'),
-                          'link fl_hip: its centre of mass lies 273 mm outside its shape'),
+                          'link fl_hip: its centre of mass lies 270 mm outside its shape'),
     'limits near': (in_urdf('lower="-2.4" upper="0.1"', 'lower="-1.6" upper="0.1"'),
                     'joint fl_lower: swings by 0.30 rad, not 0.50'),
     'feet a little apart': (in_urdf('xyz="0 0 -0.085"', 'xyz="0 0 -0.089"'),
                             'feet: differ by 3 mm'),
     'a hot servo': (in_yaml('torque_nm: 0.9', 'torque_nm: 0.15'), 'it runs hot'),
     'a scale': (in_yaml('weigh_kg: 0.9', 'weigh_kg: 4.0'), 'all masses are scaled by 4.46'),
+    'a robot of lead': ((in_urdf('<mass value="0.42"/>', '<mass value="11.0"/>'),
+                         in_yaml('weigh_kg: 0.9', 'length_m: 0.2'),
+                         in_yaml('torque_nm: 0.9', 'torque_nm: 9')),
+                        'weighs 11.5 kg as described, 9[0-9]{3} kg for a cubic metre'),
+    'a name with a space': (in_urdf('"computer"', '"the computer"', 9),
+                            'link the computer: is called the_computer here'),
     'a hyphen': (in_urdf('"fr_hip"', '"fr-hip"', 9), 'link fr-hip: is called fr_hip here'),
 }
 
@@ -279,3 +287,43 @@ def test_a_placeholder_of_100_kg_m2_is_replaced_by_the_tensor_of_the_shape(tmp_p
                for finding in robot.findings)
     moments = np.linalg.eigvalsh(link_inertia(robot.body.link('fl_upper')))
     assert moments.max() < 1e-4
+
+
+def test_xacro_in_a_comment_or_a_commented_macro_is_no_xacro(tmp_path):
+    link = '<link name="computer">'
+    path = changed(tmp_path, in_urdf(
+        link, f'<!-- <xacro:macro name="leg"> <box size="${{length}} 1 1"/> $(find x) -->{link}'))
+    assert robot_file.read(path).body == robot_file.read(ROBOTS / 'dog12.yaml').body
+
+
+def test_continuous_joints_turn_as_far_as_the_maker_says(tmp_path):
+    path = changed(tmp_path, in_urdf('type="revolute"', 'type="continuous"', 99))
+    assert robot_file.read(path).body == robot_file.read(ROBOTS / 'dog12.yaml').body
+
+
+def test_what_is_no_hinge_is_held_still_if_it_is_locked(tmp_path):
+    hinged = robot_file.read(ROBOTS / 'dog12.yaml').body
+    path = changed(tmp_path, in_urdf('name="base_fixed" type="fixed"',
+                                     'name="base_fixed" type="floating"'))
+    with pytest.raises(RobotFileError, match='joint base_fixed: is floating'):
+        robot_file.read(path)
+    path.write_text(path.read_text() + 'locked: [base_fixed]\n')
+    assert robot_file.read(path).body == hinged
+
+
+@pytest.mark.parametrize(('centre_m', 'believed'), [
+    ((0.0, 0.002, 0.0), True), ((0.0, 0.0, 0.0), False), ((0.0, 0.0, 0.09), False)])
+def test_a_centre_of_mass_beside_its_shape_is_believed_between_the_joints(tmp_path, centre_m,
+                                                                          believed):
+    """The shape is a motor beside the far joint; nobody gave a centre of mass of 0 0 0."""
+    path = changed(tmp_path, in_urdf('<origin xyz="0 0.012 0"/>',
+                                     f'<origin xyz="{" ".join(map(str, centre_m))}"/>'))
+    text = (tmp_path / 'dog12.urdf').read_text()
+    start = text.index('<collision>', text.index('<link name="fl_hip">'))
+    end = text.index('</collision>', start)
+    part = '<origin xyz="0 0.05 0"/><geometry><sphere radius="0.004"/></geometry>'
+    (tmp_path / 'dog12.urdf').write_text(text[:start] + '<collision>' + part + text[end:])
+    robot = robot_file.read(path)
+    said = [one for one in robot.findings if 'fl_hip' in one.where and 'outside' in one.what]
+    assert (robot.body.link('fl_hip').centre_m, bool(said)) == (
+        (centre_m, False) if believed else ((0.0, 0.05, 0.0), True))

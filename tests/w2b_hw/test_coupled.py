@@ -1,5 +1,7 @@
 """The whole robot on a simulated body, in lockstep with a clock that the test turns."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,13 @@ from w2b_hw.calibration import nominal
 from w2b_hw.emulation.coupled import SimulatedBody
 from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.imu import registry
-from w2b_hw.joints import JOINTS
+from w2b_hw.joints import JOINTS, named
 from w2b_hw.power import Power
 from w2b_hw.robot import Robot
 from w2b_hw.safety import State
 from w2b_hw.transport import FrameBudget
+
+DOG12 = Path(__file__).resolve().parents[2] / 'examples' / 'robots' / 'dog12.yaml'
 
 
 class WholeRobot:
@@ -22,7 +26,8 @@ class WholeRobot:
         self.chips = EmulatedRobot(clock=lambda: self.now_s)
         self.body = SimulatedBody(self.chips, clock=lambda: self.now_s, **options)
         bus = FrameBudget(self)
-        self.robot = Robot(bus, nominal(), Power(folder), clock=lambda: self.now_s)
+        driven = named(options.get('body', 'physical_twin'))
+        self.robot = Robot(bus, nominal(joints=driven), Power(folder), clock=lambda: self.now_s)
         self.robot.connect()
         self.now_s += 0.05
         self.robot.attach_imu(registry.find(bus))
@@ -157,3 +162,15 @@ def test_a_process_that_was_stopped_does_not_make_up_for_it(robot):
 def test_a_calibration_of_other_joints_is_refused():
     with pytest.raises(ValueError, match='quadruped: expected servos of the joints front_left_hip'):
         SimulatedBody(EmulatedRobot(), body='quadruped', calibration=nominal())
+
+
+def test_a_body_of_a_file_hangs_on_the_outputs_and_in_the_directions_that_the_file_names(tmp_path):
+    robot = WholeRobot(tmp_path, body=str(DOG12))
+    robot.arm()
+    wiring = named(str(DOG12)).wiring
+    assert {one.channel for one in wiring} != set(range(12))
+    assert {one.direction for one in wiring} == {1, -1}
+    asked = np.tile([0.1, -0.2, 0.25], 4)
+    for _ in range(40):
+        robot.frame(asked)
+    assert robot.seen['joint_position_rad'] == pytest.approx(asked, abs=0.03)

@@ -13,8 +13,10 @@ from PIL import Image
 
 from w2b_core import bodies
 from w2b_core.bodies import robot_file
+from w2b_core.bodies.inertia import volume_m3
 from w2b_core.bodies.model import Box, Capsule
-from w2b_sim.own_robot import standing
+from w2b_core.bodies.robot_file.urdf_reader import Mesh, Piece, Place
+from w2b_sim.own_robot import approximate, standing
 from w2b_sim.own_robot.command import main
 
 ROBOTS = Path(__file__).resolve().parents[2] / 'examples' / 'robots'
@@ -123,7 +125,7 @@ def test_meshes_are_left_to_the_maker_or_approximated_on_request(folder, capsys)
     path = with_meshes(folder)
     assert robot('init', path) == 0
     said = capsys.readouterr().out
-    assert 'error: link trunk: mesh meshes/trunk.obj: the engines know boxes' in said
+    assert 'error: link trunk (and 4 more): mesh meshes/trunk.obj: the engines know boxes' in said
     with pytest.raises(ValueError, match='mesh'):
         bodies.get(str(folder / 'dog12.yaml'))
     (folder / 'dog12.yaml').unlink()
@@ -136,6 +138,107 @@ def test_meshes_are_left_to_the_maker_or_approximated_on_request(folder, capsys)
     trunk = body.links[0].shapes[0]
     assert isinstance(trunk.shape, Box)
     assert trunk.shape.size_m == pytest.approx((0.2, 0.08, 0.05))
+
+
+@pytest.mark.parametrize('path', [
+    'package://dog_description/meshes/trunk.obj', 'file:///home/maker/ws/src/dog/meshes/trunk.obj',
+    '/home/maker/ws/src/dog/meshes/trunk.obj', '../meshes/trunk.obj', 'model://dog/meshes/trunk.obj',
+    'meshes/trunk.obj', './meshes/trunk.obj'])
+def test_a_mesh_is_found_by_the_end_of_a_path_from_another_machine(folder, path):
+    urdf = with_meshes(folder)
+    urdf.write_text(urdf.read_text().replace('meshes/trunk.obj', path))
+    assert robot('init', urdf, '--approximate') == 0
+    trunk = bodies.get(str(folder / 'dog12.yaml')).links[0].shapes[0]
+    assert trunk.shape.size_m == pytest.approx((0.2, 0.08, 0.05))
+
+
+@pytest.mark.parametrize(('mesh', 'kind'), [
+    (trimesh.creation.capsule(height=0.08, radius=0.01), Capsule),
+    (trimesh.creation.box((0.181, 0.06, 0.05)), Box),
+    (trimesh.creation.box((0.009, 0.014, 0.08)), Box)])
+@pytest.mark.parametrize('rpy', [(0.0, 0.0, 0.0), (0.3, -0.7, 1.1)])
+def test_a_stand_in_is_of_the_kind_and_size_of_its_mesh_however_that_is_turned(mesh, kind, rpy):
+    turned = mesh.copy()
+    turned.apply_transform(trimesh.transformations.euler_matrix(*rpy))
+    piece = Piece(Mesh('a.stl', (1, 1, 1)), Place(np.eye(3), np.array([0.1, 0.0, -0.02])))
+    placed = approximate.bounding(np.asarray(turned.vertices), piece)
+    assert isinstance(placed.shape, kind)
+    assert volume_m3(placed.shape) == pytest.approx(mesh.bounding_primitive.volume, rel=0.1)
+    assert placed.centre_m == pytest.approx((0.1, 0.0, -0.02), abs=1e-3)
+
+
+def test_a_point_cloud_in_a_plane_gets_a_thin_box():
+    flat = np.array([[x, y, 0.0] for x in (0.0, 0.1) for y in (0.0, 0.05)])
+    placed = approximate.bounding(flat, Piece(Mesh('a.stl', (1, 1, 1)),
+                                              Place(np.eye(3), np.zeros(3))))
+    assert placed.shape.size_m == pytest.approx((0.1, 0.05, 1e-4))
+
+
+COVER = ('<link name="{0}"><visual><geometry><mesh filename="{0}.stl"/></geometry></visual></link>'
+         '<joint name="{0}_fixed" type="fixed"><parent link="{1}"/><child link="{0}"/></joint>')
+
+
+def test_a_cover_that_is_seen_only_needs_no_mesh_a_leg_that_is_does(folder, capsys):
+    path = folder / 'dog12.urdf'
+    whole = path.read_text()
+    path.write_text(whole.replace('</robot>', COVER.format('cover', 'fl_lower') + '</robot>'))
+    assert robot('init', path, '--approximate') == 0
+    assert "'cover':" not in (folder / 'dog12.yaml').read_text()
+    assert robot_file.read(folder / 'dog12.yaml').body
+    # An upper leg of which nothing but its mesh is there: that is its shape, and gives its mass.
+    (folder / 'dog12.yaml').unlink()
+    start, end = whole.index('<link name="fr_upper">'), whole.index('<joint name="fr_upper"')
+    path.write_text(whole[:start] + '<link name="fr_upper"><visual><origin xyz="0 0 -0.04"/>'
+                    '<geometry><mesh filename="leg.stl" scale="0.001 0.001 0.001"/></geometry>'
+                    '</visual></link>' + whole[end:])
+    assert robot('init', path, '--approximate') == 1
+    assert 'link fr_upper: mesh leg.stl: no readable file' in capsys.readouterr().err
+    trimesh.creation.cylinder(radius=11, height=80, sections=24).export(folder / 'leg.stl')
+    assert robot('init', path, '--approximate') == 0
+    upper = robot_file.read(folder / 'dog12.yaml').body.link('fr_upper')
+    assert upper.mass_kg == pytest.approx(600 * np.pi * 0.011**2 * 0.08, rel=0.1)
+
+
+def test_findings_that_differ_in_names_only_are_one_line(folder, capsys):
+    assert robot('init', with_meshes(folder)) == 0
+    said = capsys.readouterr().out
+    assert said.count('the engines know boxes') == 1
+    assert next(line for line in said.splitlines() if line.startswith('error')).startswith(
+        'error: link trunk (and 4 more): mesh')
+
+
+def test_a_refused_urdf_is_named_not_the_yaml_that_was_to_come(folder, capsys):
+    (folder / 'dog12.urdf').write_text('<robot')
+    assert robot('init', folder / 'dog12.urdf') == 1
+    assert f'w2b robot: {folder / "dog12.urdf"} cannot be used' in capsys.readouterr().err
+
+
+def test_a_slider_and_names_of_inner_links_are_understood(folder, capsys):
+    """Names that no leg's tip or joint has, and a joint that is no hinge."""
+    path = folder / 'dog12.urdf'
+    text = path.read_text().replace('name="base_fixed" type="fixed"',
+                                    'name="base_fixed" type="planar"')
+    for leg in ('fl', 'fr', 'bl', 'br'):
+        for part in ('hip', 'lower', 'foot'):
+            text = re.sub(rf'"{leg}_{part}"', f'"x{leg}{part}"', text)
+        text = re.sub(rf'<joint name="{leg}_upper"', f'<joint name="x{leg}upper"', text)
+    path.write_text(text)
+    assert robot('init', path) == 0
+    said = capsys.readouterr().out
+    assert 'warning: joint base_fixed: is planar: held still' in said
+    assert 'do not say which is front' not in said
+    drafted = robot_file.read(folder / 'dog12.yaml')
+    assert drafted.settings.locked == ('base_fixed',)
+    assert drafted.settings.feet['back_left'].link == 'xblfoot'
+
+
+def test_check_says_which_part_spoils_the_symmetry(folder, capsys):
+    shutil.copy(ROBOTS / 'dog12.yaml', folder)
+    path = folder / 'dog12.urdf'
+    path.write_text(path.read_text().replace('xyz="0.085 0.045 0"', 'xyz="0.095 0.045 0"'))
+    assert robot('check', folder / 'dog12.yaml', '--no-engines') == 0
+    said = capsys.readouterr().out
+    assert re.search('warning: dog12 has no mirror left_right: joint fl_hip has no image', said)
 
 
 BAD_MESH = {

@@ -181,7 +181,7 @@ def load_result(directory: Path | str) -> RunResult:
             controller_file.load(path / rundir.CHAMPION).serial, summary['fitness'],
             tuple(WordOutcome.from_json(value) for value in summary['outcomes']), history,
             summary['evaluations'], summary['seconds'])
-    except controller_file.ControllerFileError as error:
+    except controller_file.JsonFileError as error:
         raise RunConflictError(f'{error}; {REMEDY}') from None
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path / rundir.SUMMARY, error) from None

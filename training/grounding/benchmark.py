@@ -135,9 +135,26 @@ def judge(words: Lexicon, vocabulary: Vocabulary, built: Built, counts: Sequence
                     'wrong': [{'text': one.phrase.text, 'label': one.phrase.label,
                                'answer': one.answer} for one in phrases.wrong]},
         'common_words_that_move': moving,
+        'shared': shared(words, left_out),
         'wrong': {word: found for word, found in (left_out.answers or {}).items()
                   if found != words.words[word].behaviour},
         'rivals': rivals.measure(words, vocabulary, built.metric, counts, splits, few)}
+
+
+def shared(words: Lexicon, left_out: Accuracy) -> dict[str, dict[str, float]]:
+    """
+    Return how many words of another lexicon are right that the shipped one has too, and that not.
+
+    Of left-out families. Empty for the shipped lexicon itself: it shares all of its words.
+    """
+    ours, answers = lexicon.load().words, left_out.answers or {}
+    right = {word: float(found == words.words[word].behaviour) for word, found in answers.items()}
+    parts = {'both': [right[word] for word in right if word in ours],
+             'others': [right[word] for word in right if word not in ours]}
+    if not parts['others']:
+        return {}
+    return {name: {'words': len(part), 'right': sum(part) / len(part)}
+            for name, part in parts.items() if part}
 
 
 def metric_for(vocabulary: Vocabulary, words: Lexicon, folder: Path

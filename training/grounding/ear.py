@@ -22,8 +22,8 @@ from typing import Any
 from training.grounding import learned_metric, lexicon, wordnet
 from training.grounding.learned_metric import Built
 from training.grounding.lexicon import Lexicon
+from w2b_core import json_fields
 from w2b_core.behaviours import DEFAULT_BEHAVIOURS
-from w2b_core.controller import fields
 from w2b_core.files import write_atomically
 from w2b_core.hearing import Ear, EarError, Understood, learning
 from w2b_core.hearing.learning import Lesson
@@ -57,7 +57,7 @@ def main(args: argparse.Namespace) -> int:
             keep(built, args.metric_folder)
         ear = train(words, vocabulary, built.metric, args.behaviours, all_words=args.all_words)
         args.out.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(args.out, fields.write(ear.to_json()).encode())
+        write_atomically(args.out, json_fields.write(ear.to_json()).encode())
     except (ValueError, OSError) as error:
         print(f'ear: {" ".join(str(error).split())}', file=sys.stderr)
         return 2

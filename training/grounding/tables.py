@@ -15,8 +15,9 @@ from typing import Any
 
 def text(judged: Mapping[str, Any]) -> str:
     """Return all tables of what `benchmark.judge` measured."""
-    return '\n\n'.join((accuracy(judged), gate(judged), phrases(judged), rivals(judged),
-                        wrong(judged)))
+    parts = (accuracy(judged), shared(judged), gate(judged), phrases(judged), rivals(judged),
+             wrong(judged))
+    return '\n\n'.join(part for part in parts if part)
 
 
 def short(judged: Mapping[str, Any]) -> str:
@@ -51,6 +52,14 @@ def accuracy(judged: Mapping[str, Any]) -> str:
         rows.append((heard, share(row['macro']), f'{share(row["low"])} to {share(row["high"])}',
                      *(share(row['per_behaviour'][name]) for name in behaviours)))
     return table(rows)
+
+
+def shared(judged: Mapping[str, Any]) -> str:
+    """Return in a line how words that the shipped lexicon has too compare with others."""
+    names = {'both': 'words that the shipped lexicon has too', 'others': 'other words'}
+    parts = '; '.join(f'{share(found["right"])} of the {found["words"]} {names[name]}'
+                      for name, found in judged.get('shared', {}).items())
+    return parts and f'One family left out, right: {parts}.'
 
 
 def gate(judged: Mapping[str, Any]) -> str:

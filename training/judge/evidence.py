@@ -3,7 +3,8 @@ The table of evidence of a controller with legs: `python -m training evidence CO
 
 The judge's conditions, one row each and engine: as it ships, a minute, every disturbance alone, all
 of them together, without an IMU; words switched in all ordered pairs. Each row says which of the
-body's bounds it misses. Rows that DIR has of this very controller are not walked again.
+body's bounds it misses. Rows that DIR has are not walked again if they are of this very controller,
+plan and number of starts, the engine's version and the same sources of judge and simulation.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import hashlib
 import json
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from math import radians
 from pathlib import Path
 from typing import Any
@@ -117,31 +120,62 @@ def _gather(args: argparse.Namespace) -> int:
         raise ValueError(f'{args.controller}: expected a body with bounds, one of '
                          f'{", ".join(BOUNDS)}, got {controller.body}')
     bounds = BOUNDS[controller.body]
-    own = hashlib.sha256(path.read_bytes()).hexdigest()
+    own, judged_by = hashlib.sha256(path.read_bytes()).hexdigest(), sources_sha256()
     args.out.mkdir(parents=True, exist_ok=True)
     kept = args.out / 'rows.json'
     rows: dict[str, Any] = json.loads(kept.read_text(encoding='utf-8')) if kept.exists() else {}
     if rows.get('controller') != own:
         rows = {'controller': own}
+    results: dict[str, Any] = {}
     lines, missed = [HEAD], False
     for engine in args.engines:
         for row in ROWS[:args.rows]:
             starts = min(row.starts or (args.disturbed if row.conditions else args.starts),
                          args.starts)
             key = f'{engine}: {row.name}: {starts}'
-            if key not in rows:
-                plan = Plan(engine, 60.0 if row.minute else bounds.seconds, row.switch_s,
-                            Conditions(**row.conditions, imu_noise=row.imu,
-                                       gyro_bias_rad_s=GYRO_BIAS_RAD_S * row.imu))
-                rows[key] = judge(controller, plan, starts, args.processes)
+            plan = Plan(engine, 60.0 if row.minute else bounds.seconds, row.switch_s,
+                        Conditions(**row.conditions, imu_noise=row.imu,
+                                   gyro_bias_rad_s=GYRO_BIAS_RAD_S * row.imu))
+            of = identity(plan, starts, judged_by)
+            found = rows.get(key)
+            if not isinstance(found, dict) or found.get('of') != of:
+                found = {'of': of, 'result': judge(controller, plan, starts, args.processes)}
+                rows[key] = found
                 write_json(kept, rows)
-            first = rows[f'{engine}: {ROWS[0].name}: {args.starts}']
-            misses = missing(rows[key], first, row, bounds)
+            results[key] = found['result']
+            first = results[f'{engine}: {ROWS[0].name}: {args.starts}']
+            misses = missing(results[key], first, row, bounds)
             missed |= bool(misses)
-            lines.append(line(row, engine, starts, rows[key], misses))
+            lines.append(line(row, engine, starts, results[key], misses))
             print(lines[-1], flush=True)
             write_atomically(args.out / 'table.md', ('\n'.join(lines) + '\n').encode())
     return int(missed)
+
+
+def identity(plan: Plan, starts: int, judged_by: str) -> dict[str, Any]:
+    """Return what a row is a measurement of, as JSON has it; `judged_by` of `sources_sha256`."""
+    about = {'plan': asdict(plan), 'starts': starts, 'engine_version': _version(plan.engine),
+             'numpy': _version('numpy'), 'sources_sha256': judged_by}
+    value: dict[str, Any] = json.loads(json.dumps(about))
+    return value
+
+
+def _version(package: str) -> str:
+    """Return the version of an installed package; '' of an engine that is none."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ''
+
+
+def sources_sha256() -> str:
+    """Return the hash of the sources that a row depends on: core, simulation and judge."""
+    digest = hashlib.sha256()
+    for package in ('w2b_core', 'w2b_sim', 'training.judge'):
+        folder = Path(str(import_module(package).__file__)).parent
+        for path in sorted(folder.rglob('*.py')):
+            digest.update(f'{package}/{path.relative_to(folder)}\0'.encode() + path.read_bytes())
+    return digest.hexdigest()
 
 
 def missing(result: Mapping[str, Any], nominal: Mapping[str, Any], row: Row, bounds: Bounds

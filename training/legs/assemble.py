@@ -18,9 +18,9 @@ from training import carried_body
 from w2b_core import bodies
 from w2b_core.behaviours import course_of
 from w2b_core.controller import file as controller_file
-from w2b_core.controller.fields import ControllerFileError
 from w2b_core.controller.model import Controller, Motor
 from w2b_core.hearing.ear import Ear
+from w2b_core.json_fields import JsonFileError
 from w2b_core.network.leaky import BLOCKS, LeakyNetwork
 from w2b_sim.worlds import WORLDS
 
@@ -73,7 +73,7 @@ def main(args: argparse.Namespace) -> int:
     try:
         ear = Ear.from_json(json.loads(args.ear.read_text(encoding='utf-8')))
         controller_file.save(assemble(args.legs, ear), args.out)
-    except (AssemblyError, ControllerFileError, OSError, ValueError) as error:
+    except (AssemblyError, JsonFileError, OSError, ValueError) as error:
         print(f'assemble: {error}', file=sys.stderr)
         return 1
     print(args.out)

@@ -115,9 +115,10 @@ def _table(args: argparse.Namespace) -> str:
     vocabulary = Vocabulary.load()
     recipe = _recipe()
     vectors = {word: vocabulary.vector(word) for word, _behaviour in recipe.words.known}
+    words = screening.WordsToSort(recipe.words.trained, recipe.words.validation, vectors,
+                                  recipe.training.move_noise, recipe.pretrain.screening)
     heard, _screen = screening.find(
-        args.out / 'ears', screening.Sorting(recipe.words.trained, recipe.words.validation, vectors,
-                                             recipe.training.move_noise, recipe.pretrain.screening),
+        args.out / 'ears', words,
         Layout.of(bodies.get(recipe.body)), args.ears, recipe.pretrain.plan,
         say=lambda text: print(text, file=sys.stderr))
     rows: list[dict[str, Any]] = []

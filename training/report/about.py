@@ -11,6 +11,7 @@ from training.report import tables
 from training.report.comparisons import panels, select
 from training.report.parts import Section, counted
 from training.report.published import GENERATIONS, RUNS_AN_ARM, title
+from training.report.verdicts import too_few_seeds
 from training.study.directory import StudyDirectory, read_json
 from training.study.lexicon import lexicon_sha256, load_lexicon
 from training.study.store import Tables
@@ -57,9 +58,34 @@ def _hashes(identity: dict[str, Any]) -> dict[str, str]:
             for body in sorted(results)}
 
 
+def seeds(runs: pd.DataFrame, about: dict[str, Any]) -> tuple[set[int], int]:
+    """Return which of the configured seeds are complete in all their cells, and how many are."""
+    wanted: dict[int, set[tuple[str, str, str]]] = {}
+    for one in about['config']['experiments']:
+        first = one.get('first_seed', 0)
+        for seed in range(first, first + one['seeds']):
+            wanted.setdefault(seed, set()).update(
+                (one['words'], body, treatment) for body in one['bodies']
+                for treatment in one['treatments'])
+    there: dict[int, set[tuple[str, str, str]]] = {}
+    for row in runs.itertuples():
+        there.setdefault(int(row.seed), set()).add((row.word_set, row.body, row.treatment))
+    return ({seed for seed, cells in wanted.items() if cells <= there.get(seed, set())},
+            len(wanted))
+
+
+def equal_seeds(store: Tables, about: dict[str, Any]) -> Tables:
+    """Return a store's rows of complete seeds alone: as many runs in every cell that has a seed."""
+    complete, _ = seeds(store['runs'], about)
+    return {name: table[table.seed.isin(complete)] for name, table in store.items()}
+
+
 def partial(store: Tables, about: dict[str, Any]) -> list[str]:
     """Return in sentences what of the configured study is missing, none if it is all there."""
-    return [line for line in (_unfinished(store['runs'], about), _unscored(store, about)) if line]
+    complete, configured = seeds(store['runs'], about)
+    few = too_few_seeds(len(complete), configured)
+    return [line for line in (f'{few[0].upper()}{few[1:]}.' if few else '',
+                              _unfinished(store['runs'], about), _unscored(store, about)) if line]
 
 
 def _unscored(store: Tables, about: dict[str, Any]) -> str:

@@ -24,7 +24,8 @@ BINS = (0.1, 0.2, 0.3, 0.5)
 KEYS = ['run', 'word_set', 'body', 'treatment']
 
 
-def _judged(rows: pd.DataFrame, asked: pd.Series, thresholds: dict[str, float]) -> pd.Series:
+def judged(rows: pd.DataFrame, asked: pd.Series, thresholds: dict[str, float]) -> pd.Series:
+    """Return 1.0 for each row whose outcome is what `asked` has for it, else 0.0."""
     return right(asked, rows.final_x_m.astype(float), rows.displacement_m.astype(float),
                  rows.largest_step_m.astype(float),
                  rows.body.map(thresholds).astype(float)).astype(float)
@@ -43,7 +44,7 @@ def own_words(outcomes: pd.DataFrame, robustness: pd.DataFrame,
                'largest_step_m']
     rows = pd.concat([evolved[columns],
                       robustness[robustness.condition != 'lexicon'][columns]])
-    rows['rate'] = _judged(rows, rows.word_class, thresholds)
+    rows['rate'] = judged(rows, rows.word_class, thresholds)
     rows['question'] = np.where(rows.role == 'held_out', 'held out', rows.word_class)
     return rows.groupby([*KEYS, 'condition', 'question'], as_index=False).rate.mean()
 
@@ -59,7 +60,7 @@ def lexicon(robustness: pd.DataFrame, thresholds: dict[str, float]) -> pd.DataFr
     parts = []
     for behaviour in BEHAVIOURS:
         asked = pd.Series(behaviour, index=rows.index)
-        shown = rows.assign(shown=_judged(rows, asked, thresholds))
+        shown = rows.assign(shown=judged(rows, asked, thresholds))
         rate = {name: shown[shown.word_class == word_class].groupby(KEYS).shown.mean()
                 for name, word_class in (('synonyms', behaviour), ('unrelated', 'unrelated'))}
         parts.append(pd.DataFrame(rate).reset_index().assign(behaviour=behaviour))
@@ -84,7 +85,7 @@ def by_cosine(robustness: pd.DataFrame, thresholds: dict[str, float],
     rows = robustness[robustness.condition == 'lexicon']
     cosine = rows.word.map(nearest).astype(float)
     asked = pd.Series('stop', index=rows.index)
-    rows = rows.assign(stopped=_judged(rows, asked, thresholds),
+    rows = rows.assign(stopped=judged(rows, asked, thresholds),
                        bin=np.digitize(cosine, BINS))
     # The same for all champions, also for those that know a word of the lexicon.
     middle = pd.Series(nearest).groupby(np.digitize(list(nearest.values()), BINS)).mean()
@@ -100,7 +101,7 @@ def sorted_out(outcomes: pd.DataFrame, thresholds: dict[str, float]) -> pd.DataF
     `trained`: under every trained word; `unheard`: under the held-out one.
     """
     rows = outcomes.rename(columns={'behaviour': 'word_class'})
-    rows = rows.assign(right=_judged(rows, rows.word_class, thresholds) > 0)
+    rows = rows.assign(right=judged(rows, rows.word_class, thresholds) > 0)
     parts = {name: rows[rows.role == role].groupby(KEYS).right.all()
              for name, role in (('trained', 'trained'), ('unheard', 'held_out'))}
     return pd.DataFrame(parts).fillna(False).astype(bool).reset_index()

@@ -6,8 +6,9 @@ and summary.md. Everything in it follows from the store and the champions in DIR
 paper stand beside ours, and each of its claims has a verdict. The same store gives the same report.
 Of a study under way it reports what is there, and says, here and on the page, that it is partial.
 
-`--publish docs/study` also writes what is worth committing there: summary.md, comparisons.csv and
-the figures as PNG of at most 300 kB each.
+`--publish docs/study` also writes what is worth committing there: summary.md, comparisons.csv, the
+figures as PNG of at most 300 kB each, and results.parquet, every outcome in one table of at most 5
+MB. `--table FILE` writes that table alone.
 """
 
 from __future__ import annotations
@@ -16,8 +17,10 @@ import argparse
 import sys
 from pathlib import Path
 
+from training.report.about import equal_seeds
 from training.report.content import gather
 from training.report.pages import write_report, write_summary
+from training.report.tidy import write_tidy
 from training.study.directory import StudyDirectory, StudyError
 from training.study.store import build_store, read_store
 
@@ -28,8 +31,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--out', type=Path, default=None, metavar='DIR',
                         help='where the report goes (default: DIR/report)')
     parser.add_argument('--publish', type=Path, default=None, metavar='DIR',
-                        help='also write summary.md, comparisons.csv and small PNG figures here, '
-                        'to be committed (ours: docs/study)')
+                        help='also write summary.md, comparisons.csv, small PNG figures and the '
+                        'table of outcomes (Parquet) here, to be committed (ours: docs/study)')
+    parser.add_argument('--equal-seeds', action='store_true',
+                        help='leave out runs of seeds that are not complete in every cell')
+    parser.add_argument('--table', type=Path, default=None, metavar='FILE',
+                        help='write the table of outcomes (Parquet) here, and no report')
 
 
 def main(args: argparse.Namespace) -> int:
@@ -39,10 +46,18 @@ def main(args: argparse.Namespace) -> int:
     try:
         about = study.about()
         build_store(study, history_points=about['config']['history_points'])
-        content = gather(study, read_store(study), about)
+        store = read_store(study)
+        if args.equal_seeds:
+            store = equal_seeds(store, about)
+        if args.table is not None:
+            write_tidy(store, args.table)
+            print(args.table)
+            return 0
+        content = gather(study, store, about)
         write_report(content, out)
         if args.publish is not None:
             write_summary(content, args.publish)
+            write_tidy(store, args.publish / 'results.parquet')
     except (StudyError, OSError, ValueError) as error:
         print(f'report: {" ".join(str(error).split())}', file=sys.stderr)
         return 2

@@ -18,15 +18,24 @@ from training.report import (
     tables,
     tables_robustness,
 )
-from training.report.about import differences, lead, partial, provenance_section, time_section
+from training.report.about import (
+    differences,
+    lead,
+    partial,
+    provenance_section,
+    seeds,
+    time_section,
+)
 from training.report.comparisons import Panel
+from training.report.equivalence import RULE as EQUIVALENCE
 from training.report.findings import beyond, findings
+from training.report.grounding_section import grounding_section
 from training.report.parts import Content, Section, counted
 from training.report.published import ALPHA, COMMANDS, COMPARISONS, GENERATIONS, title
 from training.report.robustness import robustness_section
 from training.report.statistics import Tested, compare_all
 from training.report.style import LINEAR_TO
-from training.report.verdicts import RULES
+from training.report.verdicts import RULES, too_few_seeds, withheld
 from training.study.directory import StudyDirectory, StudyError
 from training.study.store import Tables, parse_run_id
 from w2b_core import bodies
@@ -61,13 +70,18 @@ def gather(study: StudyDirectory, store: Tables, about: dict[str, Any]) -> Conte
     sections = [_vectors_section(runs, about), _fitness_section(store, table, tested, shown),
                 _priming_section(study, store, table, limits),
                 _displacement_section(table, tested, shown),
+                grounding_section(runs, behaviour.own_words(store['outcomes'], robustness, limits),
+                                  robustness, limits),
                 robustness_section(store, table, rates, limits, tested, about),
                 _comparisons_section(tested), time_section(runs),
                 provenance_section(study, runs, about)]
+    complete, configured = seeds(runs, about)
+    few = too_few_seeds(len(complete), configured)
     return Content(
         f'Word2vec to behavior: the study “{about["config"]["name"]}”',
         [lead(runs, about)], partial(store, about),
-        findings(tested, table), beyond(tested, table), RULES, differences(runs, about),
+        withheld(findings(tested, table), few), withheld(beyond(tested, table), few),
+        (*RULES, EQUIVALENCE), differences(runs, about),
         [section for section in sections if section is not None], tested)
 
 

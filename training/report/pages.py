@@ -114,6 +114,9 @@ def summary(content: Content) -> str:
     lines = [f'# {content.heading}', '']
     for paragraph in [*content.lead, *(f'**{line}**' for line in content.partial)]:
         lines += [paragraph, '']
+    for name, caption in content.first:
+        lines += [f'![{caption}](figures/{name}.png)', '', f'*{caption}*', '']
+    shown = {name for name, _ in content.first}
     for heading, found in (('What replicates', content.findings),
                            ('Beyond the paper', content.beyond)):
         frame = pd.DataFrame([(one.claim, one.here, f'**{one.verdict}**') for one in found],
@@ -124,7 +127,7 @@ def summary(content: Content) -> str:
     for section in content.sections:
         lines += ['', f'## {section.heading}', '']
         lines += [f'{paragraph}\n' for paragraph in section.paragraphs]
-        for name in section.figures:
+        for name in (name for name in section.figures if name not in shown):
             lines += [f'![{section.captions[name]}](figures/{name}.png)', '',
                       f'*{section.captions[name]}*', '']
         for caption, frame in section.tables.items():

@@ -38,7 +38,8 @@ class Content:
     A whole report.
 
     `partial` says what of the study is missing, nothing if it is whole. `findings` judge the
-    paper's claims, `beyond` what it did not ask, both by `rules`.
+    paper's claims, `beyond` what it did not ask, both by `rules`. `first_page` names the figures
+    that stand before them, and not again in their sections.
     """
 
     heading: str
@@ -50,3 +51,15 @@ class Content:
     differences: list[str]
     sections: list[Section]
     tested: list[Tested]
+    first_page: Sequence[str] = ('displacement', 'balanced', 'grounding')
+
+    @property
+    def first(self) -> list[tuple[str, str]]:
+        """The first page's figures, those that there are: (name, caption)."""
+        captions = {name: text for section in self.sections
+                    for name, text in section.captions.items()}
+        # The balanced set's stands there only where the paper's own is not.
+        names = [name for name in self.first_page if name in captions]
+        if 'displacement' in names and 'balanced' in names:
+            names.remove('balanced')
+        return [(name, captions[name]) for name in names]

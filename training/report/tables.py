@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from training.evolution.treatments import treated
 from training.report.comparisons import GROUPS, LETTERS, TREATMENTS, Panel, panels, select
+from training.report.equivalence import of_effect
 from training.report.published import (
     COMMANDS,
     COSINES,
@@ -161,6 +162,7 @@ def all_comparisons(tested: Sequence[Tested]) -> pd.DataFrame:
         'common language': f'{one.common_language:.2f}',
         'rank-biserial [95%]': f'{one.rank_biserial:+.2f} '
                                f'[{one.interval[0]:+.2f}, {one.interval[1]:+.2f}]',
+        'that is': of_effect(one),
     } for one in tested])
 
 
@@ -176,6 +178,7 @@ def comparisons_csv(tested: Sequence[Tested]) -> pd.DataFrame:
         'u': one.u, 'p': one.p, 'method': one.method, 'p_holm': one.p_holm, 'stars': one.stars,
         'common_language': one.common_language, 'rank_biserial': one.rank_biserial,
         'rank_biserial_low': one.interval[0], 'rank_biserial_high': one.interval[1],
+        'equivalence': of_effect(one),
     } for one in tested])
 
 

@@ -16,6 +16,8 @@ HOLDS, HOLDS_IN_PART, HOLDS_NOT = 'holds', 'holds in part', 'does not hold'
 
 #: Share of the move commands' displacement that is *almost as much*, and that is some of it.
 ALMOST, SOME = 0.75, 0.4
+#: Without this share of a study's seeds, complete in every cell, there are no verdicts.
+ENOUGH_SEEDS = 0.6
 #: Of fewer runs than these, a median or a count decides nothing.
 FEWEST = 10
 
@@ -29,6 +31,8 @@ RULES = (
     'its direction reversed, the claim “does not replicate”, however many other bodies agree; with '
     'it, “replicates” if no other body differs, and “in part” if one does.',
     'A claim about all six bodies is judged only if all six were run.',
+    f'No verdict at all before {ENOUGH_SEEDS:.0%} of the configured seeds are complete in every '
+    'cell: a study that is looked at again and again finds something.',
     '“Not tested”: so few runs that not even samples without any overlap would be significant.',
     'That morphology matters “replicates” if the effect is significant in some bodies and not in '
     'others, and the 95% intervals of the largest and the smallest effect do not overlap; “in '
@@ -64,6 +68,20 @@ def too_few(tested: Sequence[Tested], alpha: float, family: int) -> str:
             return (f'too few runs: {first} and {second} ({one.comparison.panel}) cannot give a '
                     f'corrected p below {least:.2g}')
     return ''
+
+
+def too_few_seeds(complete: int, configured: int) -> str:
+    """Return that too few of a study's seeds are complete for any verdict, '' if enough are."""
+    if complete >= ENOUGH_SEEDS * configured:
+        return ''
+    return f'{complete} of {configured} seeds: too few, no verdict'
+
+
+def withheld(findings: Sequence[Finding], reason: str) -> list[Finding]:
+    """Return findings without their verdicts, for a reason; as they are without one."""
+    if not reason:
+        return list(findings)
+    return [Finding(one.claim, f'{reason}. So far: {one.here}', UNTESTED) for one in findings]
 
 
 def difference(claim: str, tested: Sequence[Tested], family: int, *, sign: int = 1,

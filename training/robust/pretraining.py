@@ -65,7 +65,7 @@ def inputs(count: int, hidden: int, bias: float) -> Array:
     return drawn
 
 
-class Sorting(StatelessTask):
+class SortingTask(StatelessTask):
     """The task: hidden layers without a body are judged by how they tell words apart."""
 
     def __init__(self, layout: Layout, plan: Pretraining,
@@ -116,7 +116,7 @@ def listen(layout: Layout, plan: Pretraining, seed: int, scenario: Callable[
         optimiser = make_optimiser(PAPER, hidden, rng, capacity=plan.population,
                                    mutation=mutate_ear, newcomers=random_genomes)
         drawn = partial(_drawn, scenario, plan, seed, attempt)
-        Loop(optimiser, Sorting(hidden, plan, drawn), rng).run(plan.generations)
+        Loop(optimiser, SortingTask(hidden, plan, drawn), rng).run(plan.generations)
         weights = hidden.network(optimiser.population.genomes).hidden_weights
         reached = score(weights, test, plan.bias)
         best = np.argsort(-reached, kind='stable')[:keep // 2]

@@ -58,7 +58,7 @@ class Screen(NamedTuple):
         return order
 
 
-class Sorting(NamedTuple):
+class WordsToSort(NamedTuple):
     """Words to sort: `trained` and `validation` pairs, their vectors, and the noise on moves."""
 
     trained: Words
@@ -68,7 +68,7 @@ class Sorting(NamedTuple):
     settings: Screening = Screening()
 
 
-def screen(weights: Array, words: Sorting) -> Screen:
+def screen(weights: Array, words: WordsToSort) -> Screen:
     """Return how hidden weights (N, H, H + 1) sort trained and validation words."""
     pairs, settings = words.trained + words.validation, words.settings
     plain = np.array([words.vectors[word] for word, _asked in pairs])
@@ -96,7 +96,7 @@ def _right(life: Life, stop: NDArray[np.bool_], settings: Screening) -> NDArray[
     return right
 
 
-def find(directory: Path, words: Sorting, layout: Layout, seeds: int, plan: Pretraining,
+def find(directory: Path, words: WordsToSort, layout: Layout, seeds: int, plan: Pretraining,
          say: Callable[[str], None] = print) -> tuple[Array, Screen]:
     """
     Return the best hidden weights (N, H, H + 1) of `seeds` runs, and how they sort.
@@ -123,7 +123,8 @@ def find(directory: Path, words: Sorting, layout: Layout, seeds: int, plan: Pret
 
     """
     heard = by_direction(words.trained, words.vectors)
-    identity = {'config': {'plan': asdict(plan), 'words': [list(pair) for pair in words.trained]},
+    identity = {'config': {'plan': asdict(plan), 'words': [list(pair) for pair in words.trained],
+                           'move_noise': words.move_noise},
                 'program_version': __version__,
                 'vectors': {word: vector_hash(words.vectors[word])
                             for word, _asked in words.trained}}

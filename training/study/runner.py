@@ -27,10 +27,10 @@ from training.study.lexicon import load_lexicon
 from training.study.progress import Display, Running
 from training.study.provenance import identity, run_identity
 from training.study.store import build_store
-from training.study.tasks import Kind, Task, TaskResult, rescored, run_config
+from training.study.tasks import Task, TaskKind, TaskResult, rescored, run_config
 
 #: What is done for a run, in order.
-KINDS: tuple[Kind, Kind] = ('evolve', 'rescore')
+KINDS: tuple[TaskKind, TaskKind] = ('evolve', 'rescore')
 
 
 @dataclass

@@ -49,7 +49,7 @@ CLAIM_WAIT_S = 60.0
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-Kind = Literal['evolve', 'rescore']
+TaskKind = Literal['evolve', 'rescore']
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Task:
     PyBullet.
     """
 
-    kind: Kind
+    kind: TaskKind
     study: str
     config: StudyConfig
     identity: dict[str, Any]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from training import __main__ as training
-from training.grounding import accuracy, lexicon, tables, wordnet
+from training.grounding import accuracy, benchmark, lexicon, tables, wordnet
 from training.grounding.lexicon import Entry, Lexicon
 from w2b_core.hearing.metric import unit
 from w2b_core.vocabulary import Vocabulary
@@ -154,3 +154,19 @@ def test_accuracy_of_what_can_be_told_is_1():
         assert accuracy.of_few_words(Lexicon(words), points, 4, 5, learner=learner).macro == 1
         assert accuracy.of_left_out_families(Lexicon(words), points, learner=learner).macro == 1
     assert accuracy.of_few_words(Lexicon(words), points, 10, 5) is None
+
+
+def test_words_of_another_lexicon_are_told_by_whether_the_shipped_one_has_them(judged):
+    assert judged[0]['shared'] == {}
+    words = Lexicon({'halt': Entry('stop', 'halt'), 'march': Entry('forward', 'march'),
+                     'prevent': Entry('stop', 'prevent'), 'lead': Entry('forward', 'lead'),
+                     'resume': Entry('forward', 'resume')})
+    answers = {'halt': 'stop', 'march': 'stop', 'prevent': 'stop', 'lead': 'forward',
+               'resume': 'stop'}
+    found = benchmark.shared(words, accuracy.Accuracy(0.0, 0.0, 0.0, {}, (), answers))
+    assert found == {'both': {'words': 2, 'right': 0.5},
+                     'others': {'words': 3, 'right': pytest.approx(2 / 3)}}
+    assert tables.shared({'shared': found}) == (
+        'One family left out, right: 0.500 of the 2 words that the shipped lexicon has too; 0.667 '
+        'of the 3 other words.')
+    assert tables.shared({}) == tables.shared({'shared': {}}) == ''

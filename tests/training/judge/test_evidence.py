@@ -2,6 +2,7 @@
 
 import copy
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -81,6 +82,21 @@ def test_rows_are_kept_and_a_miss_is_the_exit_code(tmp_path, monkeypatch, capsys
     (tmp_path / 'rows.json').write_text(json.dumps({**rows, 'controller': 'another'}))
     assert main([*command, '--engines', 'mujoco']) == 1
     assert len(walked) == 3
+    # Nor of another engine's version, other sources, or other conditions of the same name.
+    for change in (lambda: monkeypatch.setattr(evidence, 'version', lambda name: '0'),
+                   lambda: monkeypatch.setattr(evidence, 'sources_sha256', lambda: 'others'),
+                   lambda: monkeypatch.setattr(evidence, 'GYRO_BIAS_RAD_S', 0.02),
+                   lambda: monkeypatch.setattr(evidence, 'BOUNDS', {
+                       'physical_twin': replace(TWIN, seconds=5.0)})):
+        change()
+        before = len(walked)
+        for _again in range(2):
+            assert main([*command, '--engines', 'mujoco']) == 1
+        assert len(walked) == before + 1, 'walked anew once, then kept'
+    # Rows as they were kept without saying what they are of are walked anew too.
+    (tmp_path / 'rows.json').write_text(json.dumps({**rows, 'mujoco: as it ships: 2': GOOD}))
+    assert main([*command, '--engines', 'mujoco']) == 1
+    assert len(walked) == 8
     assert capsys.readouterr().err == ''
 
 

@@ -8,13 +8,14 @@ import pytest
 
 from tests.training.pipeline.walker import RECIPE
 from training.evolution.checkpoint import CheckpointError
+from training.evolution.rundir import RunConflictError
 from training.pipeline import blind, trials
 from training.pipeline import candidates as kept
 from training.pipeline import run as pipeline
 from training.pipeline.candidates import Candidate
 from training.pipeline.parts import Evolve, Pretrain
 from training.pipeline.recipe import load_recipe, shipped
-from training.pipeline.steps import choose, evolve, gate
+from training.pipeline.steps import choose, evolve, gate, pretrain
 from training.pipeline.table import Row
 from training.robust import screening
 from w2b_core.controller import file as controller_file
@@ -158,6 +159,31 @@ def test_a_broken_pipeline_goes_on_with_the_next_word(monkeypatch, tmp_path, spi
     assert len(rest.calls) == len(whole.calls) - 30
     for part in ('hidden_weights', 'motor_weights'):
         assert np.array_equal(getattr(resumed.controller, part), getattr(straight.controller, part))
+
+
+def test_other_hidden_weights_are_taken_before_the_evolution_and_refused_after(
+        monkeypatch, tmp_path):
+    recipe, said = small('physical_twin'), []
+    first, other = (0.1 * np.random.default_rng(seed).normal(size=(7, 5, 6)) for seed in (1, 2))
+
+    def pretrained(weights):
+        monkeypatch.setattr(screening, 'find', lambda *_args: (weights, None))
+        pretrain.run(recipe.pretrain, bench(recipe, tmp_path, said), [], tmp_path)
+        return [np.load(path) for path in sorted(tmp_path.glob('seed_*/listeners.npy'))]
+
+    before = pretrained(first)
+    assert len(before) == len(recipe.seeds)
+    # Other words, runs or screening give other weights; nothing was evolved from the old ones.
+    changed = pretrained(other)
+    assert not any(np.array_equal(old, new) for old, new in zip(before, changed, strict=True))
+    begun = next(tmp_path.glob('seed_*'))
+    (begun / 'config.json').write_text('{}')
+    assert all(np.array_equal(old, new) for old, new in
+               zip(changed, pretrained(other), strict=True)), 'the same ones may go on'
+    with pytest.raises(RunConflictError, match=r'began from \d+ other hidden layers than the \d+ '
+                       r'that pretraining .* gives; repeat what it was begun with'):
+        pretrained(first)
+    assert np.array_equal(np.load(begun / 'listeners.npy'), changed[0]), 'kept as it was'
 
 
 def test_more_seeds_may_follow_and_other_words_may_not(monkeypatch, tmp_path, spied):

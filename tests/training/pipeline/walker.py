@@ -25,7 +25,7 @@ def known_vectors():
 
 def found_walker(directory) -> Network:
     """A controller whose hidden layer rests under stop and cease, with two rhythms."""
-    words = screening.Sorting(ROLES.trained, ROLES.validation, known_vectors(), 0.02)
+    words = screening.WordsToSort(ROLES.trained, ROLES.validation, known_vectors(), 0.02)
     found, screen = screening.find(directory, words, LAYOUT, 6, PLAN, print)
     assert screen.trained[0] == 1.0
     hidden = np.zeros((5, 10))

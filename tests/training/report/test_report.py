@@ -68,7 +68,11 @@ def test_the_page_needs_nothing_beside_it(reported: Path) -> None:
     page.feed(text)
     assert page.open == []
     pictures = [source for source in page.sources if not source.startswith('#')]
-    assert len(pictures) == 8
+    assert len(pictures) == 9
+    # Figures first, verdicts after them.
+    first = text[:text.index('id="findings"')]
+    assert re.findall(r'<figure id="(\w+)"', first) == ['displacement', 'grounding']
+    assert text.count('<figure id="displacement"') == 1
     assert all(source.startswith('data:image/png;base64,') for source in pictures)
     for source in page.sources:
         assert not source.startswith('#') or f'id="{source[1:]}"' in text
@@ -86,7 +90,7 @@ def test_the_page_needs_nothing_beside_it(reported: Path) -> None:
 def test_every_figure_comes_as_png_and_pdf(reported: Path) -> None:
     names = {path.stem for path in (reported / 'figures').glob('*.png')}
     assert names == {'fitness', 'priming', 'displacement', 'balanced', 'conditions', 'lexicon',
-                     'similarity', 'effects'}
+                     'similarity', 'effects', 'grounding'}
     for name in names:
         assert (reported / 'figures' / f'{name}.pdf').read_bytes().startswith(b'%PDF')
         picture = matplotlib.image.imread(reported / 'figures' / f'{name}.png')
@@ -120,7 +124,8 @@ def test_what_is_published_can_be_committed(reported: Path, tmp_path: Path) -> N
     assert main_command('report', reported.parent, '--out', tmp_path / 'report',
                         '--publish', tmp_path / 'docs') == 0
     docs = tmp_path / 'docs'
-    assert {path.name for path in docs.iterdir()} == {'summary.md', 'comparisons.csv', 'figures'}
+    assert {path.name for path in docs.iterdir()} == {
+        'summary.md', 'comparisons.csv', 'figures', 'results.parquet'}
     assert not stale.exists()
     text = (docs / 'summary.md').read_text(encoding='utf-8')
     linked = set(re.findall(r'\]\((figures/[^)]+)\)', text))
@@ -179,7 +184,8 @@ def test_a_study_under_way_is_said_to_be_partial(
     assert main_command('report', study) == 0
     said = capsys.readouterr()
     assert said.out == f'{study / "report" / "report.html"}\n', 'for scripts: the path alone'
-    missing, unscored = said.err.splitlines()
+    few, missing, unscored = said.err.splitlines()
+    assert few == 'report: 0 of 1 seeds: too few, no verdict.'
     assert missing.startswith('report: Partial: 1 of 2 configured runs not finished yet (Quadruped '
                               'control 0 of 1)')
     assert unscored.startswith('report: Partial: 1 of 1 champion not scored yet')

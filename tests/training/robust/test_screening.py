@@ -11,7 +11,7 @@ from training.robust import rest, screening
 from training.robust.careful import careful_mutation
 from training.robust.hidden_life import live
 from training.robust.scenarios import STOP, by_direction
-from training.robust.screening import Sorting
+from training.robust.screening import WordsToSort
 from training.robust.settings import Careful, Screening
 
 
@@ -22,7 +22,7 @@ def vectors():
 
 @pytest.fixture(scope='module')
 def words(vectors):
-    return Sorting(ROLES.trained, ROLES.validation, vectors, 0.02)
+    return WordsToSort(ROLES.trained, ROLES.validation, vectors, 0.02)
 
 
 @pytest.fixture(scope='module')

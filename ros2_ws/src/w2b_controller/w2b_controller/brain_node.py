@@ -63,7 +63,8 @@ def _tuned(controller: Controller, strictness: float, priority: str) -> Controll
 PARAMETERS = (
     Parameter('autostart', True, 'Configure and activate without being asked.', when=When.START),
     Parameter('controller', 'physical_twin',
-              'Name of a controller that ships, or path of a controller file.',
+              "Name of a controller that ships, path of a controller file, or of a robot's YAML "
+              'whose controller lies beside it.',
               when=When.CONFIGURE, check=_load_controller),
     Parameter('vocabulary', 'default',
               'default (embedded), name of an installed one, or path of a word2vec file.',

@@ -38,7 +38,7 @@ def description_nodes(given: launching.Given, body: str, clock_topic: str) -> li
     given
         Arguments of the launch file.
     body
-        Name of a registered body.
+        Name of a registered body, or the file of one.
     clock_topic
         Where simulated time is told.
 

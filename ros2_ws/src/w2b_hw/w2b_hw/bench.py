@@ -28,16 +28,16 @@ from w2b_hw.io_thread import IoThread
 from w2b_hw.joints import JOINTS
 from w2b_hw.power import Power
 from w2b_hw.robot import Report, Robot
+from w2b_hw.targets import FRAME_S
 from w2b_hw.transport import FrameBudget
 
-PERIOD_S = 0.05
 _ANSWER_S = 0.002
 CLOCKS_HZ = (100_000, 400_000)
 
 
 def wire(imu: str) -> dict[str, Any]:
     """Return bits, transfers and time of a frame and of the pose in answer to its target."""
-    clock = itertools.accumulate(itertools.cycle((PERIOD_S - _ANSWER_S, _ANSWER_S)),
+    clock = itertools.accumulate(itertools.cycle((FRAME_S - _ANSWER_S, _ANSWER_S)),
                                  initial=1000.0)
     now_s = next(clock)
     chips = EmulatedRobot(imu, clock=lambda: now_s)
@@ -75,13 +75,13 @@ def jitter(seconds: float) -> dict[str, Any]:
     robot.connect()
     robot.attach_imu(registry.find(bus))
     frame = threading.Event()
-    io = IoThread(robot, period_s=PERIOD_S, on_frame=lambda report: frame.set(),
+    io = IoThread(robot, period_s=FRAME_S, on_frame=lambda report: frame.set(),
                   on_pose=lambda report: None)
     io.lateness_s = deque()
     io.start()
     ends_s = time.monotonic() + seconds
     while time.monotonic() < ends_s:
-        frame.wait(PERIOD_S)
+        frame.wait(FRAME_S)
         frame.clear()
         phase = 2 * math.pi * time.monotonic()
         io.target(tuple(0.3 * math.sin(phase + n) for n in range(len(JOINTS))))

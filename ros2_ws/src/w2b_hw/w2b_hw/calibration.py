@@ -18,6 +18,7 @@ from typing import Any
 import yaml
 
 from w2b_core import plain_yaml
+from w2b_core.bodies.chips import SERVO_BOARD
 from w2b_core.bodies.wiring import NOMINAL_US_PER_RAD, NOMINAL_ZERO_US, Wiring
 from w2b_core.files import write_atomically
 from w2b_core.sensor_frames import shown
@@ -49,7 +50,7 @@ class CalibrationError(ValueError):
 class Board:
     """The PCA9685 board: `oscillator_hz` is measured, boards are off by up to 8%."""
 
-    address: int = 0x40
+    address: int = SERVO_BOARD.addresses[0]
     oscillator_hz: float = 25e6
     frequency_hz: float = 50.0
 

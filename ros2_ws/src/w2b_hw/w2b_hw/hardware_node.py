@@ -32,7 +32,7 @@ from w2b_hw.power import Power
 from w2b_hw.robot import Report, Robot
 from w2b_hw.safety import State
 from w2b_hw.servo_bank import ChipStateError
-from w2b_hw.targets import TargetGate, TargetRefusedError
+from w2b_hw.targets import FRAME_S, TargetGate, TargetRefusedError
 from w2b_hw.transport import (
     DEFAULT_DEVICE,
     EMULATED,
@@ -53,7 +53,6 @@ from w2b_ros.ros_messages import FRAMES_OUT, TARGETS
 if TYPE_CHECKING:
     from w2b_hw.emulation.process import SimulatedRobot
 
-RATE_HZ = 20.0
 DEFAULT_CALIBRATION = '~/.config/w2b/calibration.yaml'
 
 
@@ -118,7 +117,7 @@ class HardwareNode(ManagedNode):
         self._robot: Robot | None = None
         self._io: IoThread | None = None
         self._part: Part | None = None
-        self._gate = TargetGate(period_s=1.0 / RATE_HZ)
+        self._gate = TargetGate(period_s=FRAME_S)
         self._refusal, self._refused_at_s = '', float('-inf')
         self._accepted_at_s = float('-inf')
         self._accepted_stamp_ns: int | None = None
@@ -159,7 +158,8 @@ class HardwareNode(ManagedNode):
         check_name(name)
         found = self._calibration(name, joints.named(self._text('body')))
         self._bus = FrameBudget(self._open(name))
-        self._robot = Robot(self._bus, found, Power(), rate_hz=RATE_HZ, clock=self._frame_clock.now,
+        self._robot = Robot(self._bus, found, Power(), rate_hz=1.0 / FRAME_S,
+                            clock=self._frame_clock.now,
                             use_magnetometer=self._flag('use_magnetometer'),
                             watch_posture=self._flag('watch_posture'),
                             allow_uncalibrated=self._flag('allow_uncalibrated'))
@@ -196,10 +196,10 @@ class HardwareNode(ManagedNode):
     def activate(self) -> None:
         """Begin the frames."""
         assert self._robot is not None
-        self._gate = TargetGate(period_s=1.0 / RATE_HZ, joints=self._robot.joints.names)
+        self._gate = TargetGate(period_s=FRAME_S, joints=self._robot.joints.names)
         self._gait_scale = GaitScale(self._robot.safety.limits.park_rad)
         self._auto_arm = bool(self.get_parameter('auto_arm').value)
-        self._io = IoThread(self._robot, period_s=1.0 / RATE_HZ, on_frame=self._on_frame,
+        self._io = IoThread(self._robot, period_s=FRAME_S, on_frame=self._on_frame,
                             on_pose=self._on_pose, sign_of_life=self._sign_of_life,
                             clock=self._frame_clock)
         self._io.start()
@@ -351,7 +351,7 @@ class HardwareNode(ManagedNode):
                               f'the node is {self.state_label}; the servos are off', False,
                               self._epoch(), True)
         safety = self._robot.safety
-        fresh = time.monotonic() - self._accepted_at_s <= FRESH_PERIODS / RATE_HZ
+        fresh = time.monotonic() - self._accepted_at_s <= FRESH_PERIODS * FRAME_S
         return BodyStatus(self._robot.joints.body, safety.state.value, safety.reason,
                           safety.state is State.ACTIVE and fresh, safety.epoch, True,
                           self._accepted_stamp_ns)

@@ -12,6 +12,9 @@ from w2b_core.sensor_frames import FrameError, named_values
 from w2b_hw.joints import JOINTS
 from w2b_hw.safety import Pose
 
+#: Between two frames of the hardware node.
+FRAME_S = 0.05
+
 
 class TargetRefusedError(ValueError):
     """A target that does not move the robot; one line says why."""
@@ -56,7 +59,7 @@ class TargetGate:
     `joints` the names of the robot's joints.
     """
 
-    def __init__(self, max_age_s: float = 0.150, period_s: float = 0.05,
+    def __init__(self, max_age_s: float = 0.150, period_s: float = FRAME_S,
                  joints: Sequence[str] = JOINTS) -> None:
         self._joints = tuple(joints)
         self._max_age_s = max_age_s

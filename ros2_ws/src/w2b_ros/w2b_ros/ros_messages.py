@@ -9,6 +9,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -54,6 +55,16 @@ def other_publisher(node: Node, topic: str) -> str:
     if not names:
         return ''
     return f'another node with the name {own.rpartition(" ")[2]}' if own in names else min(names)
+
+
+def reaches_all(node: Node, publisher: Publisher[Any]) -> bool:
+    """
+    Return whether a publisher is connected to all subscriptions that the node knows of.
+
+    A subscription is known a little earlier than it is connected; what is published in between is
+    lost. Where one never connects, its quality of service being another, it stays false.
+    """
+    return publisher.get_subscription_count() >= node.count_subscribers(publisher.topic_name)
 
 
 def message_class(type_name: str) -> Any:

@@ -108,7 +108,7 @@ def talk(controller: str | Path | Controller, texts: Sequence[str], *, seconds: 
     ------
     RefusedError
         If a text is not understood; nothing moves then.
-    ControllerFileError, VocabularyError, EngineError
+    JsonFileError, VocabularyError, EngineError
         If a file, vocabulary or engine cannot be used.
     ValueError
         If there is no text, or no time for two control periods.

@@ -12,6 +12,7 @@ import webbrowser
 from collections.abc import Mapping
 from pathlib import Path
 
+from w2b_core import bodies
 from w2b_core.command_process import command
 from w2b_core.controller import file as controller_file
 from w2b_ros.ros_process import StopFlag
@@ -22,6 +23,7 @@ Start a robot, a brain and the page that shows them; end them all with Ctrl-C.
 
   w2b play                                   a simulated robot in PyBullet
   w2b play --engine mujoco --robot quadruped
+  w2b play --robot my_robot.yaml             one of your own, with the controller beside it
   w2b play --hardware simulated              the robot's own drivers, on chips of a simulated body
   w2b play --hardware emulated               the same on chips without a body: nothing walks
 """
@@ -36,7 +38,8 @@ def _arguments() -> argparse.Namespace:
         prog='w2b play', description=ABOUT, formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='In another shell, w2b say and the others talk to this robot too.')
     parser.add_argument('--robot', default='physical_twin', metavar='CONTROLLER',
-                        help='controller that ships, or a controller file; the body follows from '
+                        help="controller that ships, a controller file, or a robot's YAML with "
+                        'its controller beside it; the body follows from '
                         f'it (default: %(default)s; {", ".join(controller_file.shipped_names())})')
     parser.add_argument('--engine', default='pybullet',
                         help='that simulates the body: pybullet or mujoco (default: %(default)s)')
@@ -68,7 +71,11 @@ def processes(options: argparse.Namespace) -> dict[str, list[str]]:
         node, moved_by = 'hardware', {'transport': options.hardware}
     started: dict[str, dict[str, object]] = {
         node: {'body': body, **moved_by, 'real_time_factor': options.speed},
-        'brain': {'controller': options.robot}, 'page': {'port': options.port}}
+        'brain': {'controller': options.robot}}
+    if bodies.is_file(body):
+        # The name that a body says of itself opens no file: the page is told how it looks.
+        started['description'] = {'body': body}
+    started['page'] = {'port': options.port}
     name = ['-r', f'__ns:=/{options.namespace.strip("/")}'] if options.namespace else []
     return {node: ['--ros-args', *name, *(
         word for key, value in given.items() for word in ('-p', f'{key}:={value}'))]

@@ -19,7 +19,7 @@ from w2b_core.bodies.urdf import describe
 from w2b_core.body_status import TOPIC, BodyStatus, BodyStatusError
 from w2b_core.command import quoted
 from w2b_core.following import BodyWatch
-from w2b_ros.ros_messages import COMMANDS, LATCHED
+from w2b_ros.ros_messages import COMMANDS, LATCHED, reaches_all
 from w2b_web import shape
 from w2b_web.frames import OLD_S, Frames
 from w2b_web.hub import Hub, message
@@ -31,6 +31,8 @@ from w2b_web.words import trained_words
 
 #: Commands that the strip shows.
 SAID_SHOWN = 50
+#: A brain that is known counts as one that hears after this time, whoever else is unconnected.
+CONNECTS_S = 2.0
 STOP = 'stop'
 REFUSED = 2
 
@@ -72,6 +74,7 @@ class Robot:
         self._epoch = ''
         self._controller_asked = False
         self.trained: dict[str, str] = {}
+        self._seen_s = time.monotonic()
         self._commands = node.create_publisher(String, f'{namespace}/command', COMMANDS)
         self._subscriptions = [
             node.create_subscription(kind, f'{namespace}/{topic}', callback, profile)
@@ -116,7 +119,8 @@ class Robot:
             drawn = shape.read(describe(bodies.get(name)))
         except ValueError as error:
             drawn = {'name': name, 'links': [], 'joints': [], 'notes': [
-                f'{error}; publish its URDF on robot_description to see it']}
+                f'{error}; to see it, publish its URDF on robot_description: '
+                'w2b description --ros-args -p body:=FILE']}
         self._tell('shape', **drawn)
 
     def _on_description(self, text: String) -> None:
@@ -201,6 +205,11 @@ class Robot:
         # A process that was killed stays in the graph until its lease ends.
         brain = not self._silent('brain') and bool(
             self._node.count_publishers(f'{self.namespace}/command_answer'))
+        if not brain:
+            self._seen_s = time.monotonic()
+        # A listener that is no brain and never connects is not waited for for ever.
+        brain = brain and bool(self._state.get('brain') or reaches_all(self._node, self._commands)
+                               or time.monotonic() - self._seen_s > CONNECTS_S)
         if brain and not self._controller_asked and self._node.count_services(
                 f'{self.namespace}/brain/get_parameters'):
             self._controller_asked = True

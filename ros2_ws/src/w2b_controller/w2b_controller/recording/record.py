@@ -46,11 +46,12 @@ class Recorder:
         self._left_out = (*LEFT_OUT, *left_out)
         self._subscriptions: dict[str, tuple[QoSProfile, Any]] = {}
         self._refused: set[str] = set()
+        self._heard: set[str] = set()
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """Names of the topics that are recorded."""
-        return tuple(self._subscriptions)
+        """Names of the topics of which something was recorded."""
+        return tuple(sorted(self._heard))
 
     def wants(self, topic: str) -> bool:
         """Return whether a topic belongs to the robot and is not left out."""
@@ -67,12 +68,14 @@ class Recorder:
         from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
         from w2b_ros.ros_messages import message_class
+        # A word's publisher may come, speak and go: a topic that has only listeners is listened to.
         publishers = self._node.get_publishers_info_by_topic(name)
-        if not publishers:
+        if not publishers and name in self._subscriptions:
             return
         # What all of them offer: a listener that asks for more hears nothing.
-        latched = all(publisher.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-                      for publisher in publishers)
+        latched = bool(publishers) and all(
+            publisher.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            for publisher in publishers)
         reliable = all(publisher.qos_profile.reliability == ReliabilityPolicy.RELIABLE
                        for publisher in publishers)
         profile = QoSProfile(
@@ -99,6 +102,7 @@ class Recorder:
     def _taker(self, topic: Topic) -> Callable[[bytes, dict[str, int]], None]:
         def take(data: bytes, info: dict[str, int]) -> None:
             now_ns = time.time_ns()
+            self._heard.add(topic.name)
             self._writer.write(topic, data, now_ns, info.get('source_timestamp', 0) or now_ns)
         return take
 

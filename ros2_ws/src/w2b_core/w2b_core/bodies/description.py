@@ -23,8 +23,8 @@ from w2b_core.bodies.model import (
     Tensor,
     Vector,
 )
-from w2b_core.controller.fields import ControllerFileError, Fields, Text, expect, read
 from w2b_core.files import write_json
+from w2b_core.json_fields import Fields, JsonFileError, Text, expect, read
 
 FORMAT, VERSION = 'w2b-body', 1
 #: A file beyond it is refused before it is read; a body of 16 joints has 20 kB.
@@ -55,7 +55,7 @@ def sealed(body: Body) -> dict[str, Any]:
 
 
 def unsealed(fields: Fields) -> Body:
-    """Return the body that `sealed` wrote (ControllerFileError if it is damaged or changed)."""
+    """Return the body that `sealed` wrote (JsonFileError if it is damaged or changed)."""
     stated = fields.text('sha256')
     body = _read(fields)
     expect(sha256(body) == stated, fields.name('sha256'), f'that of what is here, {sha256(body)}',
@@ -74,7 +74,7 @@ def load(path: Path) -> Body:
 
     Raises
     ------
-    ControllerFileError
+    JsonFileError
         If it is missing or damaged, or carries no body; one line with the file and the field.
 
     """
@@ -91,11 +91,11 @@ def load(path: Path) -> Body:
         expect(kind == 'w2b-controller' and top.has('body_description'), 'format',
                f'{FORMAT!r}, or a controller file that carries its body', kind)
         return unsealed(top.fields('body_description'))
-    except ControllerFileError as error:
-        raise ControllerFileError(f'{path}: {error}') from None
+    except JsonFileError as error:
+        raise JsonFileError(f'{path}: {error}') from None
     except (OSError, UnicodeDecodeError) as error:
         reason = (isinstance(error, OSError) and error.strerror) or error
-        raise ControllerFileError(f'{path}: expected a readable file, got {reason}') from None
+        raise JsonFileError(f'{path}: expected a readable file, got {reason}') from None
 
 
 def _link(link: Link) -> dict[str, Any]:

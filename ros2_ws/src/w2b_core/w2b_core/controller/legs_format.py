@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from w2b_core.controller.fields import ControllerFileError, Fields, Text, expect
 from w2b_core.controller.model import Controller, Motor
 from w2b_core.courses import Course
+from w2b_core.json_fields import Fields, JsonFileError, Text, expect
 from w2b_core.network.leaky import BLOCKS, Block, LeakyNetwork
 
 
@@ -31,7 +31,7 @@ def dump(controller: Controller, network: LeakyNetwork) -> dict[str, Any]:
 
 
 def load(top: Fields) -> dict[str, Any]:
-    """Take these fields out of `top`; return arguments of `Controller` (ControllerFileError)."""
+    """Take these fields out of `top`; return arguments of `Controller` (JsonFileError)."""
     behaviours = []
     for fields in top.list_of_fields('behaviours'):
         behaviours.append((fields.text('name'),
@@ -50,16 +50,16 @@ def load(top: Fields) -> dict[str, Any]:
     try:
         net = LeakyNetwork(**blocks)
     except ValueError as error:
-        raise ControllerFileError(f'network.{error}') from None
+        raise JsonFileError(f'network.{error}') from None
     network.finish()
     from w2b_core.hearing.ear import Ear
 
     try:
         ear = Ear.from_json(top.free('ear'))
-    except ControllerFileError:
+    except JsonFileError:
         raise
     except ValueError as error:
-        raise ControllerFileError(f'ear: {" ".join(str(error).split())}') from None
+        raise JsonFileError(f'ear: {" ".join(str(error).split())}') from None
     return {'network': net, 'sensors': sensors, 'motors': motors, 'ear': ear,
             'behaviours': tuple(name for name, _course in behaviours),
             'courses': tuple(course for _name, course in behaviours),

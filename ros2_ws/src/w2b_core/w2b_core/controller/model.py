@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from w2b_core import bodies, senses
 from w2b_core.bodies import description
 from w2b_core.bodies.model import Body
-from w2b_core.controller.fields import ControllerFileError, Text, expect
 from w2b_core.courses import Course
+from w2b_core.json_fields import JsonFileError, Text, expect
 from w2b_core.network import LeakyNetwork, Network
 
 Array = NDArray[np.float64]
@@ -104,7 +104,7 @@ class Controller:
 
     Raises
     ------
-    ControllerFileError
+    JsonFileError
         If the parts do not belong together, or a value is not one that a file can hold.
 
     """
@@ -169,7 +169,7 @@ class Controller:
             try:
                 kind, place = senses.split(sensor)
             except ValueError as error:
-                raise ControllerFileError(f'{name}: {error}') from None
+                raise JsonFileError(f'{name}: {error}') from None
             expect(not place or _is_name(place), name, 'names of letters, digits and _', sensor)
             expect(senses.SENSES.get(kind).source != 'joint' or place in joints, name,
                    'a joint of network.motors', sensor)
@@ -248,10 +248,10 @@ class Controller:
 
     @property
     def serial(self) -> Network:
-        """The network of a controller that is primed with words (ControllerFileError if not)."""
+        """The network of a controller that is primed with words (JsonFileError if not)."""
         if not isinstance(self.network, Network):
-            raise ControllerFileError('network: expected one that is primed with words, '
-                                      'got one that an ear commands')
+            raise JsonFileError('network: expected one that is primed with words, '
+                                'got one that an ear commands')
         return self.network
 
     @property
@@ -264,7 +264,7 @@ class Controller:
         return bodies.get(self.body) if self.carried is None else self.carried
 
     def refuse_another_body(self, body: Body) -> None:
-        """Raise ControllerFileError, with both hashes, if `body` is not the one it carries."""
+        """Raise JsonFileError, with both hashes, if `body` is not the one it carries."""
         if self.carried is None or body.name != self.body:
             expect(body.name == self.body, 'body', f'{self.body}, which the controller moves',
                    body.name)

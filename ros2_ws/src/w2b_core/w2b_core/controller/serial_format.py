@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from w2b_core.controller.fields import ControllerFileError, Fields, Text, expect
 from w2b_core.controller.model import Controller, Motor
+from w2b_core.json_fields import Fields, JsonFileError, Text, expect
 from w2b_core.network import Network
 
 
@@ -22,7 +22,7 @@ def dump(controller: Controller, network: Network) -> dict[str, Any]:
 
 
 def load(top: Fields) -> dict[str, Any]:
-    """Take these fields out of `top`; return arguments of `Controller` (ControllerFileError)."""
+    """Take these fields out of `top`; return arguments of `Controller` (JsonFileError)."""
     network = top.fields('network')
     way_in = network.text('input')
     expect(way_in == 'serial', 'network.input', "'serial'", way_in)
@@ -34,7 +34,7 @@ def load(top: Fields) -> dict[str, Any]:
         net = Network(np.array(hidden), np.array(motor),
                       np.array([motor.time_constant for motor in motors]))
     except ValueError as error:
-        raise ControllerFileError(f'network.{error}') from None
+        raise JsonFileError(f'network.{error}') from None
     parts = {'network': net, 'sensors': network.texts('sensors'), 'motors': motors,
              'vector_length': network.integer('vector_length')}
     network.finish()

@@ -83,7 +83,7 @@ class Ear:
 
     @classmethod
     def from_json(cls, value: object) -> Ear:
-        """Return the ear that `to_json` returned; ControllerFileError names what is damaged."""
+        """Return the ear that `to_json` returned; JsonFileError names what is damaged."""
         from w2b_core.hearing import ear_json
 
         return ear_json.from_json(value)

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core.controller.fields import Fields, Text, expect
 from w2b_core.hearing.ear import Ear
 from w2b_core.hearing.english import STOP
 from w2b_core.hearing.judge import Judge
 from w2b_core.hearing.softmax import Softmax
+from w2b_core.json_fields import Fields, Text, expect
 
 FORMAT = 'projection'
 VERSION = 1
@@ -44,7 +44,7 @@ def from_json(value: object) -> Ear:
 
     Raises
     ------
-    ControllerFileError
+    JsonFileError
         If a field is missing, unknown or damaged; the message names it.
 
     """

@@ -2,12 +2,14 @@
 The mirror symmetry of a body, found from its geometry.
 
 A mirror (y -> -y: `left_right`, or x -> -x: `fore_aft`) is a symmetry of a body if it maps every
-link onto a link of the same shape and every joint onto a joint of the same servo and limits, in
+link onto a link of the same extents and every joint onto a joint of the same servo and limits, in
 the rest pose. A joint's rotation is a pseudovector: with a mirrored axis of the opposite direction
-the mirrored angle has the opposite sign.
+the mirrored angle has the opposite sign. The plane of `left_right` lies midway between the hips,
+that of `fore_aft` at the base's centre of mass, which decides how a robot leans.
 
-Shapes and places must agree, masses only within what training randomises: a battery that sits
-beside the middle changes the weights by little, and a symmetric network walks it as well.
+Places and extents must agree to a hundredth of the body length, as drawings do, the base's to a
+tenth, masses within what training randomises: a battery that sits beside the middle changes the
+weights by little, and a symmetric network walks it as well.
 """
 
 from __future__ import annotations
@@ -25,15 +27,16 @@ from w2b_core.senses import AXES, split
 
 #: Factors of x, y and z.
 MIRRORS = {'left_right': (1.0, -1.0, 1.0), 'fore_aft': (-1.0, 1.0, 1.0)}
-#: Places and sizes that differ by less are the same.
-TOLERANCE_M = 1e-3
+#: Places and extents that differ by less of the body length are the same.
+TOLERANCE = 0.01
+#: The base's own: it touches nothing while the robot walks.
+BASE_TOLERANCE = 0.1
+#: Axes that are parallel to so much, as 1 - cosine: about half a degree.
+AXIS_TOLERANCE = 5e-5
 #: A centre of mass may lie off its mirrored place by so much: a battery is where it fits.
 CENTRE_TOLERANCE_M = 0.02
 #: Masses of two links that mirror each other may differ by this share of the heavier.
 MASS_TOLERANCE = 0.2
-
-#: Centres (3,) and radii.
-Spheres = Sequence[tuple[NDArray[np.float64], float]]
 
 
 class NotSymmetricError(ValueError):
@@ -160,10 +163,10 @@ def find_mirror(body: Body, name: str) -> Mirror:
     if name not in MIRRORS:
         raise ValueError(f'mirror: expected one of {", ".join(MIRRORS)}, got {name!r}')
     factors = np.array(MIRRORS[name])
-    origins = _origins(body)
+    origins = _origins(body, name)
     base = body.links[0]
     links = {base.name: base.name}
-    _expect_same(body, name, base, base, factors, origins)
+    _expect_same(body, name, base, base, factors, origins, BASE_TOLERANCE)
     place, sign = [], []
     names = [joint.name for joint in body.joints]
     for joint in body.joints:
@@ -177,9 +180,13 @@ def find_mirror(body: Body, name: str) -> Mirror:
                   tuple(owner[place[limb[0]]] for limb in limbs))
 
 
-def _origins(body: Body) -> dict[str, NDArray[np.float64]]:
-    """Return where each link's frame is in the rest pose, from the base's."""
-    origins = {body.links[0].name: np.zeros(3)}
+def _origins(body: Body, name: str) -> dict[str, NDArray[np.float64]]:
+    """Return where each link's frame is in the rest pose, from the plane of a mirror."""
+    base = body.links[0].name
+    hips = [joint.origin_m for joint in body.joints if joint.parent == base]
+    origins = {base: np.zeros(3)}
+    if name == 'left_right' and hips:
+        origins[base] = -np.mean(hips, axis=0) * (0.0, 1.0, 0.0)
     for joint in body.joints:
         origins[joint.child] = origins[joint.parent] + np.asarray(joint.origin_m)
     return origins
@@ -192,12 +199,13 @@ def _image(body: Body, name: str, joint: Joint, links: dict[str, str],
     reasons = []
     for other in body.joints:
         if other.parent != links[joint.parent] or np.abs(
-                origins[other.child] - factors * origins[joint.child]).max() > TOLERANCE_M:
+                origins[other.child] - factors * origins[joint.child]).max() > (
+                    TOLERANCE * body.length_m):
             continue
         # A mirror turns a pseudovector into minus its mirror image.
         axis = -factors * np.asarray(joint.axis) / np.linalg.norm(joint.axis)
         along = float(axis @ np.asarray(other.axis) / np.linalg.norm(other.axis))
-        if abs(abs(along) - 1) > 1e-6:
+        if abs(abs(along) - 1) > AXIS_TOLERANCE:
             reasons.append(f'the axis of {other.name} is another')
             continue
         same = float(np.sign(along))
@@ -226,17 +234,13 @@ def _servo_differs(joint: Joint, other: Joint, sign: float) -> str | None:
 
 
 def _expect_same(body: Body, name: str, link: Link, other: Link, factors: NDArray[np.float64],
-                 origins: dict[str, NDArray[np.float64]]) -> None:
-    """Raise NotSymmetricError unless `other` has the mirrored shape and about the mass."""
-    def placed(of: Link) -> Spheres:
-        centre = origins[of.name] + np.asarray(of.centre_m)
-        return [(centre + place, radius) for place, radius in spheres(of)]
-
+                 origins: dict[str, NDArray[np.float64]], tolerance: float = TOLERANCE) -> None:
+    """Raise NotSymmetricError unless `other` has the mirrored extents and about the mass."""
     centres = [origins[of.name] + np.asarray(of.centre_m) for of in (link, other)]
-    same = (np.abs(centres[1] - factors * centres[0]).max() <= CENTRE_TOLERANCE_M
-            and _same_spheres([(factors * place, radius) for place, radius in placed(link)],
-                              placed(other)))
-    if not same:
+    mirrored = factors * _extents(link, centres[0])
+    differs = np.abs(np.sort(mirrored, axis=0) - _extents(other, centres[1])).max()
+    if (np.abs(centres[1] - factors * centres[0]).max() > CENTRE_TOLERANCE_M
+            or differs > tolerance * body.length_m):
         raise NotSymmetricError(f'{body.name} has no mirror {name}: expected link {other.name} '
                                 f'to be the image of {link.name}, its shape or place differs')
     heavier = max(link.mass_kg, other.mass_kg)
@@ -246,14 +250,11 @@ def _expect_same(body: Body, name: str, link: Link, other: Link, factors: NDArra
             f'{link.mass_kg} and {other.mass_kg} kg, more than {MASS_TOLERANCE:.0%} apart')
 
 
-def _same_spheres(images: Spheres, others: Spheres) -> bool:
-    """Return whether each sphere lies where one of the others does."""
-    def near(place: NDArray[np.float64], radius: float, among: Spheres) -> bool:
-        return any(np.abs(place - there).max() <= TOLERANCE_M
-                   and abs(radius - size) <= TOLERANCE_M for there, size in among)
-    return len(images) == len(others) and all(
-        near(place, radius, others) for place, radius in images) and all(
-        near(place, radius, images) for place, radius in others)
+def _extents(link: Link, centre: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lowest and highest coordinates (2, 3) of a link whose centre of mass is there."""
+    points = spheres(link)
+    return np.array([np.min([place - radius for place, radius in points], axis=0),
+                     np.max([place + radius for place, radius in points], axis=0)]) + centre
 
 
 def _positions(what: str, names: Sequence[str], images: Sequence[tuple[str, float]],

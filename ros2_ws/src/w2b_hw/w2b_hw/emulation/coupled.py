@@ -27,7 +27,8 @@ from w2b_hw.emulation.lsm6dsox import Lsm6dsox
 from w2b_hw.emulation.motion import Vector
 from w2b_hw.emulation.robot import EmulatedRobot
 from w2b_hw.imu.lsm6dsox_lis3mdl import Lsm6dsoxLis3mdl as Part
-from w2b_hw.joints import of_body
+from w2b_hw.joints import named
+from w2b_hw.targets import FRAME_S
 from w2b_sim.engines import registry
 from w2b_sim.engines.inertial import matrix
 from w2b_sim.engines.interface import Start
@@ -38,8 +39,6 @@ Array = NDArray[np.float64]
 #: Physics advances in slices of about a sample of the IMU, 104 Hz; pulses take effect at the next
 #: one, as they do at the next of the PCA9685's cycles of 20 ms.
 SLICE_S = 0.01
-#: Between two frames of the hardware node.
-FRAME_S = 0.05
 #: A process that was stopped for longer does not make up for it.
 CATCH_UP_S = 2.0
 DEFAULT_ENGINE = 'mujoco'
@@ -81,7 +80,7 @@ class SimulatedBody:
                  start: Start | None = None) -> None:
         self.body = bodies.get(body)
         self._world = WORLDS[self.body.world]
-        robot = calibration or nominal(joints=of_body(self.body))
+        robot = calibration or nominal(joints=named(body))
         servos = {servo.joint: servo for servo in robot.servos}
         missing = [joint.name for joint in self.body.joints if joint.name not in servos]
         if missing:

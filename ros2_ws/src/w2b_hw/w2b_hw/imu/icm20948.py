@@ -11,6 +11,7 @@ import time
 from math import radians
 from typing import ClassVar
 
+from w2b_core.bodies.chips import ICM20948
 from w2b_hw.i2c import Transport, read_register, write_register
 from w2b_hw.imu.part import STANDARD_GRAVITY_M_S2, FrozenCheck, ImuError, Sample, scaled
 
@@ -35,7 +36,7 @@ class Icm20948:
     """The part, with its magnetometer if that answers."""
 
     name: ClassVar[str] = 'icm20948'
-    addresses: ClassVar[tuple[int, ...]] = (0x68, 0x69)
+    addresses: ClassVar[tuple[int, ...]] = ICM20948.addresses
     who_am_i_register: ClassVar[int] = 0x00
     who_am_i: ClassVar[int] = 0xEA
     # Noise densities 230 ug/sqrt(Hz) and 0.015 dps/sqrt(Hz) over 50 Hz (tables 1 and 2). The data

@@ -16,6 +16,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.bodies.chips import LIS3MDL, LSM6DSOX
 from w2b_hw.i2c import Transport, read_register, write_register
 from w2b_hw.imu.part import (
     STANDARD_GRAVITY_M_S2,
@@ -45,7 +46,7 @@ _MOST_WORDS = 40
 _ACCEL_SCALE = 0.122e-3 * STANDARD_GRAVITY_M_S2
 _GYRO_SCALE = radians(17.5e-3)
 
-_MAG_ADDRESSES, _MAG_WHO_AM_I_REGISTER, _MAG_WHO_AM_I = (0x1C, 0x1E), 0x0F, 0x3D
+_MAG_ADDRESSES, _MAG_WHO_AM_I_REGISTER, _MAG_WHO_AM_I = LIS3MDL.addresses, 0x0F, 0x3D
 _MAG_CTRL_REG1, _MAG_STATUS_REG = 0x20, 0x27
 #: CTRL_REG1..5: ultra-high performance at 80 Hz, 4 gauss, continuous, z too, block data update.
 _MAG_CONTROL = bytes([0x7C, 0x00, 0x00, 0x0C, 0x40])
@@ -62,7 +63,7 @@ class Lsm6dsoxLis3mdl:
     """Both chips; without a LIS3MDL it is an IMU without a magnetometer."""
 
     name: ClassVar[str] = 'lsm6dsox'
-    addresses: ClassVar[tuple[int, ...]] = (0x6A, 0x6B)
+    addresses: ClassVar[tuple[int, ...]] = LSM6DSOX.addresses
     who_am_i_register: ClassVar[int] = 0x0F
     who_am_i: ClassVar[int] = 0x6C
     # Noise densities 70 ug/sqrt(Hz) and 3.8 mdps/sqrt(Hz) (DS12814, table 2) over 10 Hz, the band

@@ -5,16 +5,17 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from w2b_core import bodies
 from w2b_core.bodies import robot_file
 from w2b_core.bodies.robot_file import Finding, Grade, RobotFile, RobotFileError
 from w2b_core.bodies.robot_file.directions import motions
 from w2b_core.bodies.urdf import to_urdf
 from w2b_core.command_process import command
 from w2b_core.files import write_atomically
+from w2b_core.network.symmetry import NotSymmetricError, find_mirror, find_mirrors
 
 ABOUT = """\
 A robot of your own: one URDF and one YAML in, a body that can be trained out.
@@ -22,6 +23,7 @@ A robot of your own: one URDF and one YAML in, a body that can be trained out.
   w2b robot init my.urdf            draft my.yaml: chains, feet, stance, forward
   w2b robot check my.yaml           validate it, draw it from three sides, let it stand for 5 s
   w2b robot export my.yaml --out D  the cleaned URDF and MJCF, for other simulators
+  w2b robot draw BODY --out F.svg   drawings to build it from: views, wiring, horns
 
 Then train it: docs/robots.md.
 """
@@ -49,9 +51,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     export = verbs.add_parser('export', help='write the cleaned URDF and MJCF')
     export.add_argument('robot', type=Path, help='YAML file')
     export.add_argument('--out', type=Path, required=True, metavar='DIR')
+    draw = verbs.add_parser('draw', help='drawings to build a robot from')
+    draw.add_argument('body', help='YAML file, or name of a registered body')
+    draw.add_argument('--out', type=Path, required=True, metavar='SVG')
+    draw.add_argument('--sheet', choices=('views', 'wiring', 'horns'), default='views',
+                      help='views: dimensions, joints and their positive directions; wiring: the '
+                      'servo board, IMU, supply; horns: pulses at zero and at the limits '
+                      '(default: %(default)s)')
     options = parser.parse_args(arguments)
     try:
-        return {'init': _init, 'check': _check, 'export': _export}[options.verb](options)
+        return {'init': _init, 'check': _check, 'export': _export, 'draw': _draw}[
+            options.verb](options)
     except RobotFileError as error:
         _print(error.findings, sys.stderr)
         print(f'w2b robot: {error.path} cannot be used', file=sys.stderr)
@@ -84,6 +94,11 @@ def _check(options: argparse.Namespace) -> int:
         print(f'{options.robot}: names the body {robot.settings.body}; its wiring is in order')
         return 0
     _print(robot.findings, sys.stdout)
+    try:
+        find_mirror(body, 'left_right')
+    except NotSymmetricError as error:
+        print(f'warning: {error}: each leg is trained for itself; correct the URDF if the robot is '
+              'symmetric')
     print(_about(robot))
     print('+10 degrees of each joint moves the end of its leg:')
     for name, motion in motions(body).items():
@@ -101,8 +116,6 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _about(robot: RobotFile) -> str:
-    from w2b_core.network.symmetry import find_mirrors
-
     body, stance = robot.body, robot.stance
     assert body is not None
     assert stance is not None
@@ -154,16 +167,25 @@ def _export(options: argparse.Namespace) -> int:
     return 0
 
 
+def _draw(options: argparse.Namespace) -> int:
+    from w2b_sim.own_robot import drawing, electrics
+
+    if options.out.suffix.lower() != '.svg':
+        raise ValueError(f'--out: expected a name that ends in .svg, got {options.out}')
+    body, wiring = bodies.check(options.body), bodies.wiring(options.body)
+    made = {'views': drawing.views, **electrics.SHEETS}[options.sheet](body, wiring)
+    write_atomically(options.out, made)
+    print(f'{options.out}: {body.name}, {options.sheet}')
+    return 0
+
+
 def _print(findings: Iterable[Finding], stream: object) -> None:
     """Print findings, those that say the same of several parts in one line."""
-    every = list(findings)
-    alike = Counter((one.grade, one.what, one.fix) for one in every)
-    seen: set[tuple[Grade, str, str]] = set()
-    for one in every:
-        key = (one.grade, one.what, one.fix)
-        if key in seen:
-            continue
-        seen.add(key)
-        more = f' (and {alike[key] - 1} more)' if alike[key] > 1 else ''
-        line = re.sub(r'^([^:]*)', rf'\1{more}', str(one), count=1) if one.where else str(one)
-        print(f'{one.grade.value}: {line}', file=stream)  # type: ignore[call-overload]
+    alike: dict[tuple[Grade, str], list[Finding]] = {}
+    for one in findings:
+        alike.setdefault((one.grade, one.alike or f'{one.what} {one.fix}'), []).append(one)
+    for (grade, _what), same in alike.items():
+        first = same[0]
+        more = f' (and {len(same) - 1} more)' if len(same) > 1 else ''
+        line = re.sub(r'^([^:]*)', rf'\1{more}', str(first), count=1) if first.where else str(first)
+        print(f'{grade.value}: {line}', file=stream)  # type: ignore[call-overload]

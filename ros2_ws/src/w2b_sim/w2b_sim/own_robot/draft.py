@@ -8,7 +8,7 @@ from pathlib import Path
 from w2b_core.bodies.inertia import volume_m3
 from w2b_core.bodies.model import Box, Capsule, Cylinder, Placed
 from w2b_core.bodies.robot_file.build import build
-from w2b_core.bodies.robot_file.findings import Findings, Grade, RobotFileError
+from w2b_core.bodies.robot_file.findings import Findings, RobotFileError
 from w2b_core.bodies.robot_file.posed import pose
 from w2b_core.bodies.robot_file.settings import Settings, read_settings
 from w2b_core.bodies.robot_file.urdf_reader import Mesh, Urdf, read_urdf
@@ -19,7 +19,8 @@ DENSITY_KG_M3 = 600.0
 SWING_RAD, ROLL_SWING_RAD = 0.4, 0.25
 #: Mass of a robot up to which servos of a class are usual: torque in N m, what they are.
 SERVOS = ((0.6, 0.18, 'a metal gear micro servo of 14 g at 5 V'),
-          (1.5, 0.9, 'a servo of 10 kg cm'), (1000.0, 2.0, 'a servo of 20 to 25 kg cm'))
+          (1.5, 0.9, 'a servo of 10 kg cm'), (6.0, 2.0, 'a servo of 20 to 25 kg cm'),
+          (1000.0, 20.0, 'a geared brushless motor'))
 
 
 def draft(path: Path, urdf: Path, meshes: Path | None) -> tuple[str, Findings]:
@@ -42,10 +43,10 @@ def draft(path: Path, urdf: Path, meshes: Path | None) -> tuple[str, Findings]:
         error among the findings.
 
     """
-    found = Findings(path)
+    found = Findings(urdf)
     described = read_urdf(urdf, found)
     guess = legs.find(described, found)
-    shapes, left = _shapes(described, meshes, found)
+    shapes, left = _shapes(described, guess, meshes, found)
     found.stop_at_errors()
     stand = _stand(described, guess, shapes)
     masses = _masses(described, guess, stand, shapes, path)
@@ -54,9 +55,7 @@ def draft(path: Path, urdf: Path, meshes: Path | None) -> tuple[str, Findings]:
     with contextlib.suppress(RobotFileError):  # said by the findings: the maker goes on from here
         build(described, read_settings(path, read, text), read)
     for finding in read:
-        note = found.error if finding.grade is Grade.ERROR else found.warn
-        if finding not in set(found):
-            note(finding.where, finding.what, finding.fix)
+        found.add(finding)
     return text, found
 
 
@@ -67,12 +66,24 @@ def _stand(urdf: Urdf, guess: legs.Legs, shapes: dict[str, tuple[Placed, ...]]
     return standing_pose.find(urdf, guess, shapes) | held
 
 
-def _shapes(urdf: Urdf, meshes: Path | None, found: Findings
+def _shapes(urdf: Urdf, guess: legs.Legs, meshes: Path | None, found: Findings
             ) -> tuple[dict[str, tuple[Placed, ...]], list[str]]:
-    """Return stand-ins for links with meshes, and the links whose meshes are left."""
+    """
+    Return stand-ins for links with meshes, and the links whose meshes are left.
+
+    Covers, which are seen only and weigh nothing, need none where their part has other links.
+    """
+    held = Settings(found.path, 'robot', None, locked=guess.locked,
+                    stand_rad=legs.within_limits(urdf))
+    covers = set()
+    for part in pose(urdf, held, Findings(found.path)).parts:
+        seen_only = {name for name in part.links
+                     if urdf.links[name].only_visual and urdf.links[name].inertial is None}
+        if any(urdf.links[name].pieces for name in set(part.links) - seen_only):
+            covers |= seen_only
     made, left = {}, []
     for link in urdf.links.values():
-        if not any(isinstance(piece.shape, Mesh) for piece in link.pieces):
+        if link.name in covers or not any(isinstance(piece.shape, Mesh) for piece in link.pieces):
             continue
         if meshes is None:
             left.append(link.name)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from w2b_core.bodies.robot_file.findings import Findings
 from w2b_core.bodies.robot_file.posed import Posed, pose
 from w2b_core.bodies.robot_file.settings import FEET, FORWARD, Settings
-from w2b_core.bodies.robot_file.urdf_reader import MOVING, Urdf, UrdfJoint
+from w2b_core.bodies.robot_file.urdf_reader import MOVING, SLIDING, Urdf, UrdfJoint
 from w2b_core.bodies.turning import from_rpy
 
 Array = NDArray[np.float64]
@@ -37,7 +37,8 @@ class Legs:
 
 def find(urdf: Urdf, found: Findings) -> Legs:
     """Return the four legs of a robot (RobotFileError if there are none)."""
-    free = Settings(Path(found.path), 'robot', None, stand_rad=within_limits(urdf))
+    still = tuple(joint.name for joint in urdf.joints if joint.kind in SLIDING)
+    free = Settings(Path(found.path), 'robot', None, locked=still, stand_rad=within_limits(urdf))
     posed = pose(urdf, free, found)
     chains = _chains(posed)
     legs = [chain for chain in chains if 2 <= len(chain) <= 3]
@@ -50,14 +51,20 @@ def find(urdf: Urdf, found: Findings) -> Legs:
     lowest = sorted(tips, key=lambda number: posed.places[tips[number]].at_m[2])[:4]
     chosen = {number: legs[number] for number in sorted(lowest)}
     places = {number: posed.places[tips[number]].at_m for number in chosen}
-    names = {number: _name([posed.parts[part].joint for part in chain], tips[number])
+    names = {number: _name([tips[number],
+                            *(_joint(posed, part).name for part in chain),
+                            *(link for part in chain for link in posed.parts[part].links)])
              for number, chain in chosen.items()}
     forward, feet = _named(places, names, found)
     legs_joints = {foot: tuple(_joint(posed, part) for part in chosen[number])
                    for foot, number in feet.items()}
     used = {joint.name for leg in legs_joints.values() for joint in leg}
-    locked = tuple(joint.name for joint in urdf.joints if joint.kind in MOVING
-                   and joint.name not in used)
+    locked = tuple(joint.name for joint in urdf.joints
+                   if joint.kind in (*MOVING, *SLIDING) and joint.name not in used)
+    for joint in urdf.joints:
+        if joint.kind in SLIDING:
+            found.warn(f'joint {joint.name}', f'is {joint.kind}: held still, as only hinges are '
+                       'modelled', 'is that the robot?')
     return Legs(legs_joints, {foot: tips[number] for foot, number in feet.items()}, locked,
                 forward)
 
@@ -99,10 +106,9 @@ def _tip(urdf: Urdf, posed: Posed, part: int) -> str:
     return max(shaped, key=lambda link: float(np.linalg.norm(posed.places[link].at_m - origin)))
 
 
-def _name(joints: list[UrdfJoint | None], tip: str) -> str:
-    """Return which of `FEET` the names of a leg mean; '' if they say nothing."""
-    for name in [tip, *(joint.name for joint in joints if joint), *(
-            joint.child for joint in joints if joint)]:
+def _name(names: list[str]) -> str:
+    """Return which of `FEET` the first of a leg's names that says so means; '' if none does."""
+    for name in names:
         spaced = re.sub(r'([a-z])([A-Z])', r'\1_\2', name).lower()
         words = [word for word in re.split(r'[^a-z]+', spaced) if word]
         ends = [_ENDS[word] for word in words if word in _ENDS]

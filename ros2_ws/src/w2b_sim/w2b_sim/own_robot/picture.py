@@ -9,17 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core.bodies.model import Body, Box, Capsule, Cylinder, Placed, Sphere
+from w2b_core.bodies.model import Body
 from w2b_core.bodies.robot_file.directions import motions
 from w2b_core.bodies.robot_file.stance import Stance
-from w2b_core.bodies.turning import from_rpy
 from w2b_core.files import write_atomically
+from w2b_sim.own_robot.outline import Flat, fill
 
 Array = NDArray[np.float64]
 #: Title, the two axes seen, and the sign of the first: from the left, from the front, from above.
 VIEWS = (('from the left: it faces left', (0, 2), -1.0), ('from the front', (1, 2), 1.0),
          ('from above: it faces up', (1, 0), -1.0))
-_BASE, _LEGS = '#c9772b', ('#3572b0', '#7aa6d6', '#1f3c5c')
 
 
 def draw(body: Body, stance: Stance, path: Path) -> None:
@@ -32,15 +31,8 @@ def draw(body: Body, stance: Stance, path: Path) -> None:
     moves = motions(body)
     for number, (title, axes, sign) in enumerate(VIEWS):
         plot: Any = figure.add_subplot(1, 3, number + 1)
-        flat = _Flat(axes, sign)
-        depth = {body.links[0].name: 0}
-        for joint in body.joints:
-            depth[joint.child] = depth[joint.parent] + 1
-        for link in sorted(body.links, key=lambda link: -depth[link.name]):
-            colour = _BASE if depth[link.name] == 0 else _LEGS[(depth[link.name] - 1) % 3]
-            for placed in link.shapes:
-                points = _surface(placed) + stance.origins_m[link.name]
-                _fill(plot, flat(points), colour)
+        flat = Flat(axes, sign)
+        fill(plot, body, flat)
         if axes == (1, 0):
             corners = flat(_corners(stance))
             plot.fill(*corners.T, facecolor='none', edgecolor='green', linestyle='--',
@@ -80,53 +72,3 @@ def _near(axes: tuple[int, int], point: Array) -> bool:
 def _corners(stance: Stance) -> Array:
     """Return the corners (4, 3) of the support polygon."""
     return np.column_stack([stance.polygon_m, np.zeros(len(stance.polygon_m))])
-
-
-class _Flat:
-    """Points (..., 3) as they are seen (..., 2)."""
-
-    def __init__(self, axes: tuple[int, int], sign: float) -> None:
-        self._axes, self._sign = axes, sign
-
-    def __call__(self, points: Array) -> Array:
-        seen: Array = np.asarray(points)[..., list(self._axes)] * np.array([self._sign, 1.0])
-        return seen
-
-
-def _fill(plot: Any, points: Array, colour: str) -> None:
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        corners = points[ConvexHull(points).vertices]
-    except QhullError:  # seen edge-on
-        corners = points
-    plot.fill(*corners.T, facecolor=colour, edgecolor='black', linewidth=0.5, alpha=0.75)
-
-
-def _surface(placed: Placed) -> Array:
-    """Return points (N, 3) on a shape whose hull is the shape, in the link's frame."""
-    shape, turn = placed.shape, from_rpy(placed.rpy_rad)
-    if isinstance(shape, Box):
-        points = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
-                          ) * np.asarray(shape.size_m) / 2
-    elif isinstance(shape, Sphere):
-        points = _ball() * shape.radius_m
-    else:
-        assert isinstance(shape, Capsule | Cylinder)
-        axis = np.asarray(shape.axis) / np.linalg.norm(shape.axis)
-        half = axis * shape.length_m / 2
-        ring = _ball() * shape.radius_m
-        if isinstance(shape, Cylinder):
-            ring = ring - np.outer(ring @ axis, axis)
-        points = np.concatenate([ring + half, ring - half])
-    placed_points: Array = np.asarray(placed.centre_m) + points @ turn.T
-    return placed_points
-
-
-def _ball() -> Array:
-    """Return points (N, 3) spread over the unit sphere (Fibonacci's lattice)."""
-    index = np.arange(200)
-    z = 1 - (2 * index + 1) / 200
-    angle = np.pi * (1 + 5**0.5) * index
-    return np.column_stack([np.cos(angle) * np.sqrt(1 - z**2), np.sin(angle) * np.sqrt(1 - z**2),
-                            z])

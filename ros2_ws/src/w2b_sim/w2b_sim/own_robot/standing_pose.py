@@ -19,7 +19,8 @@ from w2b_sim.own_robot.legs import Legs
 Array = NDArray[np.float64]
 #: A stance stays so far inside the limits.
 INSET_RAD = 0.3
-STEPS = 61
+#: Angles of a joint that are tried, and about the best of them.
+STEPS, FINE = 61, 21
 #: A dog stands at this share of its legs' reach.
 REACH = 0.85
 #: A sprawler's femur is raised so much, its tibia upright.
@@ -105,8 +106,12 @@ class _Leg:
         """Return the angles that stand best."""
         cost = self._sprawler if self.sprawls else lambda *where: self._dog(height_m, *where)
         angles = min(self._found, key=lambda one: cost(*one[1:]))[0]
+        near = (np.linspace(max(grid[0], angle - step), min(grid[-1], angle + step), FINE)
+                for grid, angle in zip(self._grids, angles, strict=True)
+                for step in [grid[1] - grid[0]])
+        angles = min(product(*near), key=lambda angles: cost(*self._places(angles)))
         return {**{name: round(angle, 2) for name, angle in self._still.items()},
-                **{joint.name: round(angle, 2) for joint, angle in zip(
+                **{joint.name: round(float(angle), 3) for joint, angle in zip(
                     self._joints[-2:], angles, strict=True)}}
 
     @staticmethod

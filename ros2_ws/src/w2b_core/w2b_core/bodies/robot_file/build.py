@@ -8,6 +8,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 from numpy.typing import NDArray
 
+from w2b_core.bodies.inertia import volume_m3
 from w2b_core.bodies.model import (
     Body,
     Capsule,
@@ -62,7 +63,8 @@ def build(urdf: Urdf, settings: Settings, found: Findings) -> tuple[Body, Stance
     found.stop_at_errors()
     total_kg = sum(one.mass.mass_kg for one in made)
     scale = (settings.weigh_kg or total_kg) / total_kg
-    judge.weights(total_kg, settings, {one.part.links[0]: one.mass.mass_kg * scale
+    volume = sum(volume_m3(shape.shape) for one in made for shape in one.shapes)
+    judge.weights(total_kg, volume, settings, {one.part.links[0]: one.mass.mass_kg * scale
                                        for one in made}, found)
     body = Body(
         name=settings.name,
@@ -112,16 +114,18 @@ def _masses_and_shapes(urdf: Urdf, posed: Posed, settings: Settings, found: Find
             mesh = next((piece.shape for piece in link.pieces if isinstance(piece.shape, Mesh)),
                         None)
             if mesh is not None and not (link.only_visual and link.inertial is None):
-                found.error(f'link {link.name}', f'mesh {mesh.file[-40:]}: the engines know boxes, '
-                            'capsules, cylinders and spheres',
+                found.error(f'link {link.name}', f'mesh {_short(mesh.file)}: the engines know '
+                            'boxes, capsules, cylinders and spheres',
                             f'give a primitive (shapes: {{{link.name}: [...]}}) or run `w2b robot '
-                            'init --approximate`')
+                            'init --approximate`', 'mesh')
             parts = tuple(Placed(piece.shape, _vector(piece.place.at_m), to_rpy(piece.place.turn))
                           for piece in link.pieces if not isinstance(piece.shape, Mesh))
             if parts and link.only_visual:
                 found.warn(f'link {link.name}', 'has no collision shape: its visual one is taken')
         shapes[link.name] = tuple(placed_in(place, one) for one in parts)
-        mass = link_mass(link, place, shapes[link.name],
+        ends = [place.at_m, *(posed.places[joint.child].at_m for joint in urdf.joints
+                              if joint.parent == link.name)]
+        mass = link_mass(link, place, shapes[link.name], ends,
                          of_pattern(settings.masses_kg, link.name), found)
         if mass is not None:
             masses[link.name] = mass
@@ -146,7 +150,7 @@ def _made(urdf: Urdf, part: Part, number: int, posed: Posed, masses: dict[str, M
     name = part.links[0]
     if not own:
         found.error(f'link {name}', 'weighs nothing, and no link that is fixed to it does',
-                    f'give masses_kg: {{{name}: ...}}')
+                    f'give masses_kg: {{{name}: ...}}', 'weighs nothing')
         return _Made(part, posed.places[name].at_m, Mass(1.0, np.zeros(3), np.eye(3)), ())
     mass = together(own)
     frame = mass.centre_m if number == 0 else posed.places[name].at_m
@@ -214,3 +218,8 @@ def _round(value: float, digits: int = DIGITS) -> float:
 def _vector(values: Array, digits: int = DIGITS) -> Vector:
     x, y, z = (_round(value, digits) for value in values)
     return x, y, z
+
+
+def _short(path: str) -> str:
+    """Return the end of a file's path: its folder and its name."""
+    return '/'.join(path.split('/')[-2:])[-60:]

@@ -19,6 +19,8 @@ STEP_RAD = radians(10)
 _WORDS = (('forward', 'backward'), ('to the left', 'to the right'), ('up', 'down'))
 #: A component counts if it is at least this share of the whole way.
 _SHARE = 0.4
+#: Nobody sees a shorter way.
+_SEEN_M = 0.0005
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,8 @@ class TipMotion:
 def in_words(way_m: Array) -> str:
     """Return a way (3,) in the base's axes in words, its small components left out."""
     longest = float(np.linalg.norm(way_m))
+    if longest < _SEEN_M:
+        return 'nowhere: it turns on the spot'
     parts = sorted(((abs(float(part)), names[0] if part > 0 else names[1])
                     for part, names in zip(way_m, _WORDS, strict=True)), reverse=True)
     return ' and '.join(f'{1000 * length:.0f} mm {name}' for length, name in parts

@@ -31,6 +31,9 @@ class Finding:
         What is so, with the value.
     fix
         What to do about it.
+    alike
+        What findings of several parts have in common that differ in names only; '' if they are the
+        same to the letter.
 
     """
 
@@ -38,6 +41,7 @@ class Finding:
     where: str
     what: str
     fix: str = ''
+    alike: str = ''
 
     def __str__(self) -> str:
         """Return one line without the grade."""
@@ -70,13 +74,18 @@ class Findings:
     def __iter__(self) -> Iterator[Finding]:
         return iter(self._all)
 
-    def error(self, where: str, what: str, fix: str = '') -> None:
+    def error(self, where: str, what: str, fix: str = '', alike: str = '') -> None:
         """Note an error."""
-        self._all.append(Finding(Grade.ERROR, where, what, fix))
+        self._all.append(Finding(Grade.ERROR, where, what, fix, alike))
 
-    def warn(self, where: str, what: str, fix: str = '') -> None:
+    def warn(self, where: str, what: str, fix: str = '', alike: str = '') -> None:
         """Note a warning."""
-        self._all.append(Finding(Grade.WARNING, where, what, fix))
+        self._all.append(Finding(Grade.WARNING, where, what, fix, alike))
+
+    def add(self, finding: Finding) -> None:
+        """Note what was found elsewhere, once."""
+        if finding not in self._all:
+            self._all.append(finding)
 
     def refuse(self, where: str, what: str, fix: str = '') -> RobotFileError:
         """Note an error, and return what to raise."""

@@ -21,6 +21,8 @@ LEVEL_M, LEVEL_SHARE = 0.002, 0.15
 LIGHT_KG, HEAVY_KG = 0.08, 15.0
 #: A moving part of less is no servo and no printed leg.
 FEATHER_KG = 0.003
+#: Real descriptions have 200 to 2200 kg for a cubic metre of all their shapes.
+DENSE_KG_M3 = 4000.0
 #: What a scale says is at most so many times what the description says.
 SCALED_BY = 3.0
 #: Part of a servo's torque that a stance may ask for.
@@ -112,9 +114,9 @@ def _wrong(places: dict[str, np.ndarray], quarter_turns: int) -> str:
     return ''
 
 
-def weights(total_kg: float, settings: Settings, parts_kg: dict[str, float],
+def weights(total_kg: float, volume_m3: float, settings: Settings, parts_kg: dict[str, float],
             found: Findings) -> None:
-    """Judge the masses of the whole robot and of its parts."""
+    """Judge the masses of the whole robot, of its parts, and for the volume of its shapes."""
     if settings.weigh_kg is not None:
         ratio = settings.weigh_kg / total_kg
         if not 1 / SCALED_BY <= ratio <= SCALED_BY:
@@ -122,6 +124,11 @@ def weights(total_kg: float, settings: Settings, parts_kg: dict[str, float],
                        f' kg: all masses are scaled by {ratio:.2f}', 'are its masses right?')
     elif not LIGHT_KG <= total_kg <= HEAVY_KG:
         found.warn('', f'the robot weighs {total_kg:.3g} kg as described',
+                   'weigh it and give weigh_kg')
+    elif total_kg > DENSE_KG_M3 * volume_m3:
+        found.warn('', f'the robot weighs {total_kg:.3g} kg as described, '
+                   f'{total_kg / volume_m3:.0f} kg for a cubic metre of its shapes: others have '
+                   '200 to 2200',
                    'weigh it and give weigh_kg')
     light = [name for name, mass_kg in parts_kg.items() if mass_kg < FEATHER_KG]
     if light:

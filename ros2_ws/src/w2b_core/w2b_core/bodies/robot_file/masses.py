@@ -33,30 +33,34 @@ class Mass:
     tensor_kg_m2: Array
 
 
-def link_mass(link: UrdfLink, place: Place, shapes: Sequence[Placed], given_kg: float | None,
-              found: Findings) -> Mass | None:
+def link_mass(link: UrdfLink, place: Place, shapes: Sequence[Placed], ends: Sequence[Array],
+              given_kg: float | None, found: Findings) -> Mass | None:
     """
     Return a link's mass at its `place` in the world; None if it has none.
 
-    `shapes` are the link's in the world, `given_kg` a mass that the maker's file gives.
+    `shapes` and the joints (3,) at its `ends` are in the world, `given_kg` is a mass that the
+    maker's file gives.
     """
     where, inertial = f'link {link.name}', link.inertial
     mass_kg = given_kg if given_kg is not None else inertial.mass_kg if inertial else 0.0
     if not mass_kg > 0:
         if inertial is not None and (shapes or inertial.tensor_kg_m2 is not None):
             found.warn(where, 'mass of 0 kg: it weighs nothing here',
-                       f'give masses_kg: {{{link.name}: ...}} if it does')
+                       f'give masses_kg: {{{link.name}: ...}} if it does', 'mass of 0')
         elif shapes:
             found.warn(where, 'no inertial; other simulators assume 1 kg, here it weighs nothing',
-                       f'give masses_kg: {{{link.name}: ...}} if it does')
+                       f'give masses_kg: {{{link.name}: ...}} if it does', 'no inertial')
         return None
     centre = _centre(shapes, place.at_m)
     if inertial is not None and inertial.mass_kg > 0:
         at = place.then(inertial.place)
-        off_m, size_m = _outside(shapes, at.at_m)
+        # A collision shape may be a part of the link, which reaches from joint to joint. A centre
+        # of mass at the very origin says nothing: nobody gave it.
+        near = ends if inertial.place.at_m.any() else ()
+        off_m, size_m = _outside(shapes, near, at.at_m)
         if off_m > max(OUTSIDE * size_m, SMALL_M):
             found.warn(where, f'its centre of mass lies {1000 * off_m:.0f} mm outside its shape',
-                       "correct the inertial's origin; the shape's centre is taken")
+                       "correct the inertial's origin; the shape's centre is taken", 'outside')
         else:
             centre = at.at_m
         tensor = _judged(where, inertial.tensor_kg_m2, inertial.mass_kg, shapes, found)
@@ -75,13 +79,13 @@ def _judged(where: str, tensor: Array | None, mass_kg: float, shapes: Sequence[P
     moments = np.linalg.eigvalsh(tensor)
     if moments[0] <= 0 or moments[2] > 1.01 * (moments[0] + moments[1]):
         found.warn(where, f'moments of {_shown(moments)} kg m2, which no solid has: computed from '
-                   'its shape', 'correct the inertial')
+                   'its shape', 'correct the inertial', 'impossible')
         return None
     size_m = _size(shapes) or SMALL_M * 10
     gyration = np.sqrt(moments.sum() / 2 / mass_kg) / size_m
     if not GYRATION[0] <= gyration <= GYRATION[1]:
         found.warn(where, f'{moments[2]:.3g} kg m2 for {mass_kg:.3g} kg: placeholder; computed '
-                   'from its shape', 'correct the inertial if that is wrong')
+                   'from its shape', 'correct the inertial if that is wrong', 'placeholder')
         return None
     return tensor
 
@@ -119,11 +123,13 @@ def _size(shapes: Sequence[Placed]) -> float:
     return float(np.linalg.norm(high - low))
 
 
-def _outside(shapes: Sequence[Placed], point: Array) -> tuple[float, float]:
-    """Return how far a point is outside the box around shapes, and how large that is, m."""
+def _outside(shapes: Sequence[Placed], ends: Sequence[Array], point: Array
+             ) -> tuple[float, float]:
+    """Return how far a point is outside the box around shapes and ends, and its diagonal, m."""
     if not shapes:
         return 0.0, 1.0
     low, high = bounds(shapes)
+    low, high = np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
     return (float(np.linalg.norm(np.maximum(0, np.maximum(low - point, point - high)))),
             float(np.linalg.norm(high - low)))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from w2b_core.bodies.robot_file.findings import Findings
 from w2b_core.bodies.robot_file.settings import FORWARD, Settings, of_pattern
-from w2b_core.bodies.robot_file.urdf_reader import MOVING, Place, Urdf, UrdfJoint
+from w2b_core.bodies.robot_file.urdf_reader import MOVING, SLIDING, Place, Urdf, UrdfJoint
 from w2b_core.bodies.turning import from_axis_angle, from_rpy
 
 Array = NDArray[np.float64]
@@ -55,9 +55,9 @@ class Posed:
 def pose(urdf: Urdf, settings: Settings, found: Findings) -> Posed:
     """Return the robot as it stands (RobotFileError if a joint cannot be moved, or not so)."""
     for joint in urdf.joints:
-        if joint.kind not in (*MOVING, 'fixed'):
+        if joint.kind in SLIDING and not _locked(joint, settings):
             found.error(f'joint {joint.name}', f'is {joint.kind}: only hinges are modelled',
-                        'make it fixed in the URDF')
+                        f'lock it: locked: [{joint.name}]', joint.kind)
     found.stop_at_errors()
     _check_patterns(urdf, settings, found)
     places = {urdf.root: Place(from_rpy((0.0, 0.0, FORWARD[settings.forward] * pi / 2)).round(),
@@ -90,8 +90,11 @@ def pose(urdf: Urdf, settings: Settings, found: Findings) -> Posed:
 
 def moves(joint: UrdfJoint, settings: Settings) -> bool:
     """Return whether a servo turns this joint."""
-    return joint.kind in MOVING and not any(
-        fnmatchcase(joint.name, pattern) for pattern in settings.locked)
+    return joint.kind in MOVING and not _locked(joint, settings)
+
+
+def _locked(joint: UrdfJoint, settings: Settings) -> bool:
+    return any(fnmatchcase(joint.name, pattern) for pattern in settings.locked)
 
 
 def _check_moving(joint: UrdfJoint, angle: float, found: Findings) -> None:
@@ -107,9 +110,10 @@ def _check_moving(joint: UrdfJoint, angle: float, found: Findings) -> None:
 def _check_patterns(urdf: Urdf, settings: Settings, found: Findings) -> None:
     """Note patterns that fit nothing: they are misspelt."""
     moving = [joint.name for joint in urdf.joints if joint.kind in MOVING]
+    lockable = [joint.name for joint in urdf.joints if joint.kind in (*MOVING, *SLIDING)]
     driven = [joint.name for joint in urdf.joints if moves(joint, settings)]
     for field, patterns, among, kind in (
-            ('locked', settings.locked, moving, 'joint'),
+            ('locked', settings.locked, lockable, 'joint'),
             ('stand', settings.stand_rad, moving, 'joint'),
             ('swing_rad', [one for one in settings.swing_rad if one != '*'], driven, 'joint'),
             ('servos', settings.wiring, driven, 'joint'),

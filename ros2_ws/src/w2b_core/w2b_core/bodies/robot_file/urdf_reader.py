@@ -24,7 +24,8 @@ MAX_BYTES = 10_000_000
 #: Lengths beyond this are no small robot's: the file is in millimetres.
 LARGEST_M = 5.0
 MOVING = ('revolute', 'continuous')
-_TYPES = (*MOVING, 'fixed', 'prismatic', 'floating', 'planar')
+SLIDING = ('prismatic', 'floating', 'planar')
+_TYPES = (*MOVING, 'fixed', *SLIDING)
 
 
 @dataclass(frozen=True)
@@ -164,10 +165,17 @@ def _parse(path: Path, found: Findings) -> Element:
     if robot.tag != 'robot':
         raise found.refuse(path.name, f'expected <robot>, got <{shown(robot.tag)[1:-1]}>',
                            'convert it to URDF')
-    if any('xacro' in element.tag for element in robot.iter()) or b'${' in data:
+    if any(map(_of_xacro, robot.iter())):
         raise found.refuse(path.name, 'holds xacro macros that were not expanded',
                            f'expand it: `xacro {path.name} > {path.stem}.expanded.urdf`')
     return robot
+
+
+def _of_xacro(element: Element) -> bool:
+    """Return whether an element is left for xacro to expand; comments are not looked at."""
+    return 'xacro' in element.tag or any(
+        mark in text for text in (element.text or '', *element.attrib.values())
+        for mark in ('${', '$('))
 
 
 def _tree(links: dict[str, UrdfLink], joints: list[UrdfJoint], found: Findings

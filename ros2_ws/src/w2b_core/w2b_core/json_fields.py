@@ -1,4 +1,4 @@
-"""Strict reading and diffable writing of the JSON that controller files are made of."""
+"""Strict reading and diffable writing of the JSON files that people keep: controllers, bodies."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _KINDS = {bool: 'a boolean', int: 'a number', float: 'a number', str: 'a string'
           list: 'a list', dict: 'an object', type(None): 'null'}
 
 
-class ControllerFileError(ValueError):
-    """A controller file, or a controller that was to become one, is damaged."""
+class JsonFileError(ValueError):
+    """A file of a controller or body, or what was to become one, is damaged."""
 
 
 def shown(value: object) -> str:
@@ -26,10 +26,10 @@ def shown(value: object) -> str:
 
 
 def expect(condition: bool, name: str, expected: str, got: object) -> None:
-    """Raise a ControllerFileError about the field `name` unless `condition` holds."""
+    """Raise a JsonFileError about the field `name` unless `condition` holds."""
     if not condition:
-        raise ControllerFileError(f'{name}: expected {expected}, '
-                                  f'got {got if isinstance(got, Text) else shown(got)}')
+        raise JsonFileError(f'{name}: expected {expected}, '
+                            f'got {got if isinstance(got, Text) else shown(got)}')
 
 
 class Text(str):
@@ -42,7 +42,7 @@ class Fields:
     """
     The fields of one JSON object, each taken once under the type it must have.
 
-    Every method raises ControllerFileError naming the field; `finish` does so if any are left.
+    Every method raises JsonFileError naming the field; `finish` does so if any are left.
     """
 
     def __init__(self, value: object, name: str = '') -> None:
@@ -83,7 +83,7 @@ class Fields:
         """Take true or false."""
         def check(value: object, name: str, expected: str) -> bool:
             if not isinstance(value, bool):
-                raise ControllerFileError(f'{name}: expected {expected}, got {_kind(value)}')
+                raise JsonFileError(f'{name}: expected {expected}, got {_kind(value)}')
             return value
         return self._take(key, 'true or false', check)
 
@@ -145,15 +145,15 @@ class Fields:
             try:
                 _check_finite(value, name)
             except RecursionError:
-                raise ControllerFileError(_TOO_DEEP) from None
+                raise JsonFileError(_TOO_DEEP) from None
             return value
         return self._take(key, 'a JSON object', check)
 
     def finish(self) -> None:
         """Refuse fields that nothing took."""
         for key in self._left:
-            raise ControllerFileError(f'{self.name(_key(key))}: expected no such field, '
-                                      'got an unknown field')
+            raise JsonFileError(f'{self.name(_key(key))}: expected no such field, '
+                                'got an unknown field')
 
 
 def _kind(value: object) -> str:
@@ -167,13 +167,13 @@ def _key(key: str) -> str:
 
 def _text(value: object, name: str, expected: str) -> str:
     if not isinstance(value, str):
-        raise ControllerFileError(f'{name}: expected {expected}, got {_kind(value)}')
+        raise JsonFileError(f'{name}: expected {expected}, got {_kind(value)}')
     return value
 
 
 def _number(value: object, name: str, expected: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ControllerFileError(f'{name}: expected {expected}, got {_kind(value)}')
+        raise JsonFileError(f'{name}: expected {expected}, got {_kind(value)}')
     try:
         number = float(value)
     except OverflowError:
@@ -184,13 +184,13 @@ def _number(value: object, name: str, expected: str) -> float:
 
 def _integer(value: object, name: str, expected: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise ControllerFileError(f'{name}: expected {expected}, got {_kind(value)}')
+        raise JsonFileError(f'{name}: expected {expected}, got {_kind(value)}')
     return value
 
 
 def _list(value: object, name: str, expected: str) -> list[object]:
     if not isinstance(value, list):
-        raise ControllerFileError(f'{name}: expected {expected}, got {_kind(value)}')
+        raise JsonFileError(f'{name}: expected {expected}, got {_kind(value)}')
     return value
 
 
@@ -207,26 +207,26 @@ def _check_finite(value: object, name: str) -> None:
 
 
 def read(text: str) -> Fields:
-    """Return the fields of the JSON object that `text` is, or raise ControllerFileError."""
+    """Return the fields of the JSON object that `text` is, or raise JsonFileError."""
     try:
         return Fields(json.loads(text, parse_constant=_refuse_constant,
                                  object_pairs_hook=_refuse_duplicates))
     except json.JSONDecodeError as error:
         reason = error.msg[:1].lower() + error.msg[1:]
-        raise ControllerFileError(
+        raise JsonFileError(
             'the file: expected JSON, got text that is not JSON '
             f'(line {error.lineno}, column {error.colno}: {reason})') from None
     except RecursionError:
-        raise ControllerFileError(_TOO_DEEP) from None
-    except ControllerFileError:
+        raise JsonFileError(_TOO_DEEP) from None
+    except JsonFileError:
         raise
     except ValueError:  # Python's own limit on the digits of a whole number
-        raise ControllerFileError('the file: expected numbers that a double can hold, '
-                                  'got one of thousands of digits') from None
+        raise JsonFileError('the file: expected numbers that a double can hold, '
+                            'got one of thousands of digits') from None
 
 
 def _refuse_constant(name: str) -> NoReturn:
-    raise ControllerFileError(f'the file: expected finite numbers, got {name}, which JSON lacks')
+    raise JsonFileError(f'the file: expected finite numbers, got {name}, which JSON lacks')
 
 
 def _refuse_duplicates(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -234,8 +234,8 @@ def _refuse_duplicates(pairs: list[tuple[str, object]]) -> dict[str, object]:
     if len(fields) < len(pairs):
         keys = [key for key, _ in pairs]
         double = next(key for index, key in enumerate(keys) if key in keys[:index])
-        raise ControllerFileError(f'{_key(double)}: expected once, got it twice in one '
-                                  'object')
+        raise JsonFileError(f'{_key(double)}: expected once, got it twice in one '
+                            'object')
     return fields
 
 
@@ -245,15 +245,15 @@ def write(value: dict[str, Any]) -> str:
 
     Raises
     ------
-    ControllerFileError
+    JsonFileError
         If JSON cannot hold a value: NaN, infinity or a Python object.
 
     """
     try:
         return _lines(value, 0) + '\n'
     except (TypeError, ValueError, RecursionError) as error:
-        raise ControllerFileError(f'controller: expected finite numbers, strings, lists and '
-                                  f'objects, got what JSON cannot hold ({error})') from None
+        raise JsonFileError(f'the file: expected finite numbers, strings, lists and '
+                            f'objects, got what JSON cannot hold ({error})') from None
 
 
 def _lines(value: object, depth: int) -> str:
