@@ -98,8 +98,10 @@ def test_nobody_waits_while_words_are_recognised(serving, spoken):
             waiting = asyncio.create_task(heard(talker, 'heard'))
             while not waiting.done():
                 count = serving.asked.count('stop')
+                await other.send_json({'do': 'pong', 'number': 0})
                 await other.send_json({'do': 'stop'})
                 await until(lambda count=count: serving.asked.count('stop') > count, 'stop')
+                await asyncio.sleep(0.02)
             assert (await waiting)['text'] == 'gallop'
             assert serving.asked.count('stop') > 10, 'each is answered before the next'
     run(attack)

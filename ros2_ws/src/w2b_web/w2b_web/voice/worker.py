@@ -8,7 +8,6 @@ ends with its input. Alone it holds the model, 130 MB, and nobody waits for it i
 from __future__ import annotations
 
 import json
-import os
 import signal
 import struct
 import sys
@@ -18,8 +17,6 @@ from w2b_web.voice.recogniser import MissingError, Recogniser
 from w2b_web.voice.sound import LONGEST_BYTES, SoundError, from_bytes
 
 HEADER = struct.Struct('<I')
-#: Below the nodes that move a robot.
-NICENESS = 5
 
 
 def serve(requests: BinaryIO, answers: BinaryIO) -> int:
@@ -52,7 +49,6 @@ def _answer(answers: BinaryIO, **values: object) -> None:
 def main() -> int:
     """Serve standard input; a Ctrl-C at the terminal is its parent's affair."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(NICENESS)
     return serve(sys.stdin.buffer, sys.stdout.buffer)
 
 
