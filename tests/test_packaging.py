@@ -107,7 +107,7 @@ def test_the_wheel_has_every_file_of_the_packages(wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
     expected = {f'{name}/{path.relative_to(top).as_posix()}' for name, top in MODULES.items()
-                for path in top.rglob('*') if path.is_file() and path.suffix != '.pyc'}
+                for path in top.rglob('*') if path.is_file() and '__pycache__' not in path.parts}
     assert expected <= names, sorted(expected - names)
     strange = {name for name in names - expected if '.dist-info/' not in name}
     assert not strange

@@ -27,7 +27,7 @@ COMMANDS = {
     'evolve': ('training.evolution.evolve',
                'one evolutionary run: words in, a controller file out'),
     'champions': ('training.pipeline.command',
-                  'evolve robust controllers by a recipe, gate them in PyBullet'),
+                  'a body in, a controller that other engines let through out, by a recipe'),
     'ablation': ('training.pipeline.ablation',
                  'how robustness grows with each means of the robust mode'),
     'legs': ('training.legs.command', 'train legs that are commanded, by a recipe'),

@@ -11,12 +11,12 @@ MAY_IMPORT: dict[str, set[str]] = {
     'evolution': set(),
     'grounding': {'evolution'},
     'judge': {'evolution'},
-    'legs': {'evolution'},
+    'legs': {'evolution', 'judge'},
     'robust': {'evolution'},
-    'pipeline': {'evolution', 'robust'},
+    'pipeline': {'evolution', 'legs', 'robust'},
     'measure': {'evolution', 'judge', 'pipeline', 'study'},
     'study': {'evolution'},
-    'report': {'evolution', 'study'},
+    'report': {'evolution', 'grounding', 'study'},
 }
 #: Modules of `training` itself that every package may import.
 BELOW_ALL = {'carried_body', 'configuration'}

@@ -202,7 +202,7 @@ def test_json_gives_the_same_ear(ear, vocabulary):
 
 
 @pytest.mark.parametrize(('field', 'value', 'names'), [
-    ('format', 'other', 'ear.format'), ('version', 2, 'ear.format'),
+    ('format', 'other', 'ear.format'), ('version', 3, 'ear.format'),
     ('behaviours', ['forward', 'backward'], 'stop'), ('behaviours', ['stop', 'stop'], 'behaviours'),
     ('priority', ['stop'], 'ear.priority'), ('vectors_sha256', 'x', 'ear.vectors_sha256'),
     ('sharpness', -1.0, 'ear.sharpness'), ('sharpness', float('nan'), 'ear.sharpness'),

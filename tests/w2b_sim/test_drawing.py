@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from w2b_core import bodies
-from w2b_core.bodies.physical_twin import COXA_M, FEMUR_M, LEG_RADIUS_M, TIBIA_M
+from w2b_core.bodies.physical_twin import (
+    COXA_M,
+    FEMUR_M,
+    HIP_FROM_AXIS_M,
+    LEG_RADIUS_M,
+    TIBIA_M,
+)
 from w2b_core.bodies.robot_file.directions import motions
 from w2b_hw.calibration import nominal
 from w2b_hw.imu.registry import PARTS
@@ -109,6 +115,9 @@ def test_the_twins_dimensions_are_those_of_its_source(tmp_path):
     assert number(elements['number:0:base length']) == 120
     assert number(elements['number:0:base height']) == 40
     assert number(elements['number:0:overall height']) == 1000 * (0.02 + TIBIA_M + LEG_RADIUS_M)
+    apart_mm = round(1000 * HIP_FROM_AXIS_M * 2**0.5, 1)
+    assert number(elements['number:1:first axes length']) == apart_mm
+    assert number(elements['number:1:first axes width']) == apart_mm
     assert f'end (radius {1000 * LEG_RADIUS_M:g})' in said
     # Channel, name, limits and motion, as the calibration asks for them.
     row = said.index('front_left_hip', said.index('+10 degrees moves'))

@@ -36,7 +36,7 @@ from training.grounding.ear import shipped_metric
 from training.grounding.folds import Folds
 from training.grounding.learned_metric import Built
 from training.grounding.lexicon import Lexicon
-from w2b_core.hearing import learning
+from w2b_core.hearing import places
 from w2b_core.vocabulary import Vocabulary
 
 LEFT_OUT = 'leave_one_family_out'
@@ -66,7 +66,7 @@ def main(args: argparse.Namespace) -> int:
             raise ValueError('words, splits, evolved: expected numbers above 0, got '
                              f'{min(args.words)}, {args.splits} and {args.evolved}')
         vocabulary = Vocabulary.load(args.vocabulary)
-        every, known = lexicon.load(args.lexicon), learning.spelt(vocabulary)
+        every, known = lexicon.load(args.lexicon), places.spelt(vocabulary)
         if unknown := every.unknown(known):
             print(f'grounding: the vocabulary {vocabulary.source} lacks {len(unknown)} of the '
                   f'words, which are not judged: {", ".join(unknown[:10])}', file=sys.stderr)
@@ -108,9 +108,9 @@ def judge(words: Lexicon, vocabulary: Vocabulary, built: Built, counts: Sequence
           splits: int) -> dict[str, Any]:
     """Return everything that is measured of a lexicon but the evolved rivals, as JSON values."""
     def points(names: Sequence[str]) -> accuracy.Array:
-        return learning.project(names, vocabulary, built.metric)
+        return places.project(names, vocabulary, built.metric)
 
-    forms = learning.spelt(vocabulary)
+    forms = places.spelt(vocabulary)
     few = {str(count): accuracy.of_few_words(words, points, count, splits, forms=forms)
            for count in counts}
     left_out = accuracy.of_left_out_families(words, points)

@@ -20,7 +20,7 @@ import numpy as np
 from training.grounding import accuracy, learned_metric, lexicon, retrofit, tables, wordnet
 from training.grounding.accuracy import Array, Points
 from training.grounding.lexicon import Lexicon
-from w2b_core.hearing import learning
+from w2b_core.hearing import places
 from w2b_core.vocabulary import Vocabulary
 
 COUNTS = (4, 8, 12)
@@ -29,15 +29,16 @@ COUNTS = (4, 8, 12)
 def rows(words: Lexicon, vocabularies: Sequence[Vocabulary], net: wordnet.WordNet, splits: int
          ) -> list[tuple[str, ...]]:
     """Return a row of accuracies for each vocabulary, for both, and retrofitted."""
-    forms = frozenset.intersection(*(learning.spelt(each) for each in vocabularies))
+    forms = frozenset.intersection(*(places.spelt(each) for each in vocabularies))
     asked = words.within(forms)
     metrics = [learned_metric.build(each, net, (*words.words, *words.near_miss)).metric
                for each in vocabularies]
 
     def behind(place: int) -> Points:
-        return lambda names: learning.project(names, vocabularies[place], metrics[place])
+        return lambda names: places.project(names, vocabularies[place], metrics[place],
+                                            forms=False)
 
-    drawn = [retrofit.retrofitted(each, metric, net)
+    drawn = [retrofit.retrofitted(each, metric, net, inflections=False)
              for each, metric in zip(vocabularies, metrics, strict=True)]
     recipes: dict[str, Points] = {
         **{each.name: behind(place) for place, each in enumerate(vocabularies)},

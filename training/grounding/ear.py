@@ -25,7 +25,7 @@ from training.grounding.lexicon import Lexicon
 from w2b_core import json_fields
 from w2b_core.behaviours import DEFAULT_BEHAVIOURS
 from w2b_core.files import write_atomically
-from w2b_core.hearing import Ear, EarError, Understood, learning
+from w2b_core.hearing import Ear, EarError, Understood, learning, places
 from w2b_core.hearing.learning import Lesson
 from w2b_core.hearing.metric import Metric
 from w2b_core.hearing.metric import load as load_metric
@@ -50,7 +50,7 @@ def main(args: argparse.Namespace) -> int:
     """Run the command; return the exit code: 0, or 2 for an error."""
     try:
         vocabulary = Vocabulary.load(args.vocabulary)
-        words = lexicon.load(args.lexicon).within(learning.spelt(vocabulary))
+        words = lexicon.load(args.lexicon).within(places.spelt(vocabulary))
         built = None if args.rebuild_metric else shipped_metric(vocabulary)
         if built is None:
             built = build_metric(vocabulary, words, args.wordnet)

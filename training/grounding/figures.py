@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from training.grounding.lexicon import Lexicon
 from w2b_core.files import write_atomically
-from w2b_core.hearing import learning
+from w2b_core.hearing import places
 from w2b_core.hearing.metric import Metric, unit
 from w2b_core.vocabulary import Vocabulary
 
@@ -53,7 +53,7 @@ def _maps(words: Lexicon, vocabulary: Vocabulary, metric: Metric) -> Figure:
         def place(names: list[str], plain: bool = title == 'word vectors') -> Array:
             if plain:
                 return unit(unit(vocabulary.matrix(names).astype(np.float64)) - metric.mean)
-            return learning.project(names, vocabulary, metric)
+            return places.project(names, vocabulary, metric)
 
         heads = np.array([place(groups[name]).mean(axis=0) for name in words.scored])
         axes = np.linalg.svd(heads - heads.mean(axis=0), full_matrices=False)[2][:2]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from training.grounding.ear import lesson_of
 from training.grounding.lexicon import Lexicon
 from w2b_core.behaviours import DEFAULT_BEHAVIOURS
-from w2b_core.hearing import Ear, judge, learning
+from w2b_core.hearing import Ear, judge, learning, places
 from w2b_core.hearing.judge import Judge
 from w2b_core.hearing.metric import Metric
 from w2b_core.vocabulary import Vocabulary
@@ -67,7 +67,7 @@ class Folds:
 
     def project(self, words: tuple[str, ...] | list[str]) -> Array:
         """Return words behind the metric, shape (n, E)."""
-        return learning.project(words, self.vocabulary, self.metric)
+        return places.project(words, self.vocabulary, self.metric)
 
     def points(self, family: str) -> tuple[list[str], Array]:
         """Return a family's words and where they lie."""

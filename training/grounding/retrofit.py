@@ -17,7 +17,7 @@ from training.grounding import accuracy
 from training.grounding.accuracy import Array, Points
 from training.grounding.lexicon import Lexicon
 from training.grounding.wordnet import Pair, WordNet
-from w2b_core.hearing import learning
+from w2b_core.hearing import places
 from w2b_core.hearing.metric import Metric, unit
 from w2b_core.vocabulary import Vocabulary
 
@@ -31,7 +31,7 @@ def measure(words: Lexicon, vocabulary: Vocabulary, metric: Metric, wordnet: Wor
             counts: Sequence[int], splits: int) -> dict[str, Any]:
     """Return the accuracy by number of words, as JSON values."""
     points = retrofitted(vocabulary, metric, wordnet)
-    forms = learning.spelt(vocabulary)
+    forms = places.spelt(vocabulary)
     found: dict[str, Any] = {}
     for count in counts:
         row = accuracy.of_few_words(words, points, count, splits, forms=forms)
@@ -43,20 +43,26 @@ def measure(words: Lexicon, vocabulary: Vocabulary, metric: Metric, wordnet: Wor
     return found
 
 
-def retrofitted(vocabulary: Vocabulary, metric: Metric, wordnet: WordNet) -> Points:
-    """Return where words lie, each drawn towards the synonyms of all its forms."""
-    relations = wordnet.relations(vocabulary.words)
+def retrofitted(vocabulary: Vocabulary, metric: Metric, wordnet: WordNet, *,
+                inflections: bool = True) -> Points:
+    """
+    Return where words lie, each drawn towards the synonyms of all its forms.
+
+    `inflections`: whether a word's inflections count where it lies, as for the ear.
+    """
+    relations, known = wordnet.relations(vocabulary.words), places.spelt(vocabulary)
     synonyms, forms = _neighbours(relations.synonyms), _neighbours(relations.inflections)
-    places: dict[str, Array] = {}
+    drawn: dict[str, Array] = {}
 
     def place(word: str) -> Array:
-        if word not in places:
+        if word not in drawn:
             own = {word, *forms[word]}
             others = sorted({other for form in own for other in synonyms[form]} - own)
-            here = learning.project([word, *others], vocabulary, metric)
-            drawn = SYNONYM_WEIGHT * here[1:].mean(axis=0) if others else 0.0
-            places[word] = unit(here[0] + drawn)
-        return places[word]
+            here = places.project([word, *others], vocabulary, metric, forms=inflections,
+                                  among=known)
+            added = SYNONYM_WEIGHT * here[1:].mean(axis=0) if others else 0.0
+            drawn[word] = unit(here[0] + added)
+        return drawn[word]
 
     return lambda names: np.array([place(name) for name in names])
 

@@ -14,7 +14,7 @@ import numpy as np
 from training.grounding import accuracy
 from training.grounding.accuracy import Accuracy, Array, Learner, Points
 from training.grounding.lexicon import Lexicon
-from w2b_core.hearing import learning
+from w2b_core.hearing import places
 from w2b_core.hearing.metric import Metric, unit
 from w2b_core.vocabulary import Vocabulary
 
@@ -33,16 +33,20 @@ def measure(words: Lexicon, vocabulary: Vocabulary, metric: Metric, counts: Sequ
     def centred(names: Sequence[str]) -> Array:
         return unit(unit(vocabulary.matrix(names).astype(np.float64)) - metric.mean)
 
-    def projected(names: Sequence[str]) -> Array:
-        return learning.project(names, vocabulary, metric)
+    def alone(names: Sequence[str]) -> Array:
+        return places.project(names, vocabulary, metric, forms=False)
 
-    forms = learning.spelt(vocabulary)
+    def projected(names: Sequence[str]) -> Array:
+        return places.project(names, vocabulary, metric, among=forms)
+
+    forms = places.spelt(vocabulary)
     moved = _permuted(projected, sorted(forms))
     rows: dict[str, tuple[Points, Learner, frozenset[str], bool]] = {
         'logistic regression': (centred, accuracy.logistic, frozenset(), False),
         'logistic regression, inflections': (centred, accuracy.logistic, forms, False),
         'cosine to the mean': (centred, accuracy.nearest_mean, frozenset(), False),
-        'learned metric, no inflections': (projected, accuracy.logistic, frozenset(), False),
+        'learned metric, no inflections': (alone, accuracy.logistic, frozenset(), False),
+        'learned metric, inflections of heard words': (alone, accuracy.logistic, forms, False),
         'learned metric, cosine to the mean': (projected, accuracy.nearest_mean, forms, False),
         'permuted vectors': (moved, accuracy.logistic, forms, False),
         'shuffled labels': (projected, accuracy.logistic, forms, True)}

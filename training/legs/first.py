@@ -9,9 +9,14 @@ from training.legs.drives import Limb, drives
 from training.legs.parts import Entry
 from training.legs.recipe import Recipe
 from w2b_core import bodies
+from w2b_core.network.leaky import step
 from w2b_core.network.sharing import LOGISTIC, Sharing
+from w2b_core.network.symmetry import Mirror, SignedPermutation, limbs_of
 
 Array = NDArray[np.float64]
+
+#: Until a command's hidden neurons are at rest; then over how many frames they are averaged.
+SETTLING_FRAMES, MEAN_FRAMES = 60, 60
 
 
 def first_genomes(recipe: Recipe, sharing: Sharing, rng: np.random.Generator, period_s: float
@@ -27,9 +32,72 @@ def first_genomes(recipe: Recipe, sharing: Sharing, rng: np.random.Generator, pe
     limbs = drives(bodies.get(recipe.body))
     # What belongs to one swing keeps its phase together within a genome.
     shift = rng.uniform(-np.pi, np.pi, part.tries)
-    for entry in part.entries:
+    for entry in _entries(recipe):
         _enter(entry, sharing, genomes, limbs[entry.of], rng, shift)
+    for behaviour in part.stance:
+        _stand(sharing, genomes, sharing.behaviours.index(behaviour))
     return genomes
+
+
+def _entries(recipe: Recipe) -> list[Entry]:
+    """
+    Return the entries of the limbs that follow no other.
+
+    A right leg without entries of its own, of a body without a left-right mirror, has those of the
+    left one before it, mirrored: half a cycle apart, with left and right exchanged.
+    """
+    given = {entry.of for entry in recipe.first.entries}
+    images = Mirror('left_right', {}, SignedPermutation((), ()), ()).behaviours(recipe.behaviours)
+    other = {name: recipe.behaviours[images.place[number]]
+             for number, name in enumerate(recipe.behaviours)}
+    found = []
+    for limb in sorted(_limbs_alone(recipe)):
+        source = limb if limb in given else limb - limb % 2
+        for entry in recipe.first.entries:
+            if entry.of != source:
+                continue
+            if source == limb:
+                found.append(entry)
+            elif not isinstance(entry.joint, int):  # whose sign is known
+                phase = entry.phase_rad and (entry.phase_rad[0] + np.pi,
+                                             entry.phase_rad[1] + np.pi)
+                found.append(entry.model_copy(update={
+                    'of': limb, 'phase_rad': phase,
+                    'behaviours': tuple(other[name] for name in entry.behaviours)}))
+    return found
+
+
+def _limbs_alone(recipe: Recipe) -> frozenset[int]:
+    """Return the limbs that no mirror makes of one with a smaller number."""
+    images = [mirror.limbs for mirror in recipe.mirrors()]
+    alone: set[int] = set()
+    known: set[int] = set()
+    for limb in range(len(limbs_of(bodies.get(recipe.body)))):
+        if limb in known:
+            continue
+        alone.add(limb)
+        waiting = [limb]
+        while waiting:
+            now = waiting.pop()
+            known.add(now)
+            waiting += [image[now] for image in images if image[now] not in known]
+    return frozenset(alone)
+
+
+def _stand(sharing: Sharing, genomes: Array, behaviour: int) -> None:
+    """Hold the motors at the stance under a behaviour, whatever the hidden neurons rest at."""
+    network = sharing.network(genomes)
+    drive = network.drive(np.eye(len(sharing.behaviours))[behaviour])
+    senses, state = np.zeros(len(sharing.senses)), network.initial_state()
+    pushed = []
+    for frame in range(SETTLING_FRAMES + MEAN_FRAMES):
+        if frame >= SETTLING_FRAMES:
+            pushed.append((network.motor @ state.hidden[..., None])[..., 0])
+        state = step(network, state, drive, senses)
+    mean = np.mean(pushed, 0)
+    for motor in range(mean.shape[1]):
+        if sharing.blocks['motor_command'].index[motor, behaviour] >= 0:
+            sharing.put(genomes, 'motor_command', motor, behaviour, -mean[:, motor])
 
 
 def _oscillate(recipe: Recipe, sharing: Sharing, genomes: Array, period_s: float) -> None:

@@ -17,13 +17,14 @@ class NetworkPart(Strict):
 
     `symmetry`: `found` for every mirror that the body has, or the names of those to use (a body
     without them is refused), or none. `direct`: synapses from the oscillating neurons straight onto
-    the motor neurons.
+    the motor neurons. `begins`: the behaviour at whose rest the limbs' neurons begin, else at 0.
     """
 
     oscillating: Annotated[int, Field(ge=2, le=20)] = 2
     per_limb: Annotated[int, Field(ge=1, le=20)] = 3
     symmetry: Literal['found'] | tuple[str, ...] = 'found'
     direct: bool = False
+    begins: str | None = None
 
 
 class Spread(Strict):
@@ -74,7 +75,10 @@ class FirstPart(Strict):
     """
     The first genomes: an oscillator, entries that are known to help, random numbers elsewhere.
 
-    `tries` are drawn, and the best one is where the search begins.
+    Entries of a limb that mirrors an earlier one are left out: they follow. A right leg without
+    entries that follows none mirrors the left one before it. Under the behaviours of `stance` the
+    command's own synapses onto the motors hold the body where it stands. `tries` are drawn, and
+    the best one is where the search begins.
     """
 
     rhythm_hz: Positive = 1.6
@@ -82,6 +86,7 @@ class FirstPart(Strict):
     leak: float = 1.5
     spread: Spread = Spread()
     entries: tuple[Entry, ...] = ()
+    stance: tuple[str, ...] = ()
     tries: Count = 96
     seconds: Positive = 4.0
 
@@ -138,8 +143,9 @@ class Term(Strict):
 Terms = dict[str, Term]
 #: What a term may name, see `scores.Scores.figures`.
 FIGURES = ('rhythm_hz', 'fastest_joint_hz', 'at_speed_limit', 'torque_share', 'tilt', 'lowered',
-           'heading_error_rad', 'across_share', 'wobble_rad', 'displacement_m', 'excess',
-           'drift_m', 'joint_speed_rad_s', 'height_change', 'height_share')
+           'heading_error_rad', 'across_share', 'wobble_rad', 'displacement_m',
+           'displacement_lengths', 'excess', 'drift_m', 'drift_lengths', 'joint_speed_rad_s',
+           'height_change', 'height_share')
 #: Of every behaviour that moves.
 _SERVOS: Terms = {
     'rhythm_hz': Term(free=1.6, full=3.6, weight=0.4),

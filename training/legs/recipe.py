@@ -89,6 +89,9 @@ class Recipe(Strict):
 
     def _check_entries(self) -> None:
         limbs = limbs_of(bodies.get(self.body))
+        if unknown := set(self.first.stance) - set(self.behaviours):
+            raise ValueError(f'first.stance: expected some of {", ".join(self.behaviours)}, '
+                             f'got {", ".join(sorted(unknown))}')
         for number, entry in enumerate(self.first.entries):
             joints = len(limbs[entry.of]) if entry.of < len(limbs) else 0
             for name, value, count in (('of', entry.of, len(limbs)),
@@ -120,7 +123,8 @@ class Recipe(Strict):
         """Return the map from genomes to networks."""
         part = self.network
         return Sharing(bodies.get(self.body), self.behaviours, self.senses, self.mirrors(),
-                       oscillating=part.oscillating, per_limb=part.per_limb, direct=part.direct)
+                       oscillating=part.oscillating, per_limb=part.per_limb, direct=part.direct,
+                       begins=part.begins)
 
     def kind(self, behaviour: str) -> str:
         """Return how a behaviour is judged: walk, turn, stand or sit."""

@@ -68,8 +68,9 @@ class Scores:
             'heading_error_rad': np.abs(did.yaw_rad - offset_rad),
             'across_share': np.abs(across) / (way + self.length_m),
             'wobble_rad': did.wobble_rad, 'displacement_m': way,
+            'displacement_lengths': way / self.length_m,
             'excess': np.maximum(self._progress(behaviour, did, offset_rad) - 1.0, 0.0),
-            'drift_m': did.drift_m,
+            'drift_m': did.drift_m, 'drift_lengths': did.drift_m / self.length_m,
             'joint_speed_rad_s': did.joint_speed_rad_s,
             'height_change': np.abs(share - 1.0), 'height_share': share}
 

@@ -20,7 +20,7 @@ from training.grounding import lexicon as ear_lexicon
 from training.grounding.ear import shipped_metric
 from training.report.behaviour import BEHAVIOURS, KEYS, judged
 from training.study.lexicon import load_lexicon
-from w2b_core.hearing import learning
+from w2b_core.hearing import places
 from w2b_core.hearing.inflections import inflections
 from w2b_core.hearing.metric import Metric, unit
 from w2b_core.vocabulary import Vocabulary
@@ -96,7 +96,7 @@ def _ears_of(spec: str, word_set: str, held_out: str, words: Mapping[str, Sequen
     asked = [(held_out, 'stop'), *((word, name) for name, group in words.items()
                                    for word in group if word in vocabulary)]
     taken = {word for word, _ in asked}
-    known = learning.spelt(vocabulary)
+    known = places.spelt(vocabulary)
     found: dict[str, float] = {}
     for name in EARS:
         learned = list(trained)
@@ -119,9 +119,9 @@ def _ears_of(spec: str, word_set: str, held_out: str, words: Mapping[str, Sequen
 
 
 def _points(vocabulary: Vocabulary, metric: Metric | None) -> accuracy.Points:
-    """Return where words lie: behind a metric, or as unit vectors about the vocabulary's mean."""
+    """Return where words lie by their own vectors: behind a metric, or about the mean."""
     if metric is not None:
-        return lambda words: learning.project(words, vocabulary, metric)
-    mean = unit(vocabulary.matrix(vocabulary.words[:learning.SEARCHED_WORDS]).astype(np.float64)
+        return lambda words: places.project(words, vocabulary, metric, forms=False)
+    mean = unit(vocabulary.matrix(vocabulary.words[:places.SEARCHED_WORDS]).astype(np.float64)
                 ).mean(axis=0)
     return lambda words: unit(unit(vocabulary.matrix(words).astype(np.float64)) - mean)

@@ -29,7 +29,7 @@ from training.report.grounding_section import grounding_section
 from training.report.statistics import compare_all
 from training.report.verdicts import UNTESTED, too_few_seeds, withheld
 from training.study.lexicon import load_lexicon
-from w2b_core.hearing import judge, learning
+from w2b_core.hearing import judge, places
 from w2b_core.vocabulary import Vocabulary
 
 PANEL = ('paper', 'minimal')
@@ -112,7 +112,7 @@ def test_an_ear_without_its_metric_is_logistic_regression(store: dict[str, pd.Da
     held_out = str(runs.held_out.iloc[0])
     row = found[found.held_out == held_out].iloc[0]
     vocabulary = Vocabulary.load('default')
-    every = vocabulary.matrix(vocabulary.words[:learning.SEARCHED_WORDS]).astype(float)
+    every = vocabulary.matrix(vocabulary.words[:places.SEARCHED_WORDS]).astype(float)
     mean = (every / np.linalg.norm(every, axis=1, keepdims=True)).mean(axis=0)
 
     def place(names: list[str]) -> np.ndarray:

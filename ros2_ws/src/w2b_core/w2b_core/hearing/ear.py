@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from w2b_core.hearing import english
+from w2b_core.hearing import english, places
 from w2b_core.hearing import metric as metrics
 from w2b_core.hearing.answers import Near, Refused, Role, Understood, WordHeard
 from w2b_core.hearing.errors import EarError
@@ -59,6 +59,8 @@ class Ear:
         Words that nothing was claimed about: teaching takes none of them for background.
     how
         How the ear was made, for people.
+    forms
+        Whether a word's inflections count where it lies: see `places`.
 
     """
 
@@ -73,6 +75,7 @@ class Ear:
     priority: tuple[str, ...]
     unclaimed: tuple[str, ...] = ()
     how: Mapping[str, Any] = field(default_factory=dict)
+    forms: bool = True
     _bound: dict[int, Listener] = field(default_factory=dict, init=False, repr=False)
 
     def to_json(self) -> dict[str, Any]:
@@ -181,11 +184,13 @@ class Listener:
                            f'{ear.vocabulary}, which the ear was trained on, got others; {again}')
         vocabulary.prepare()
         self._names = tuple(ear.words)
+        self._spelt = places.spelt(vocabulary)
         self._known = self.points(self._names)
 
     def points(self, words: Sequence[str]) -> Array:
         """Return words of the vocabulary behind the metric, shape (n, E)."""
-        return self.metric.project(self.vocabulary.matrix(words))
+        return places.project(words, self.vocabulary, self.metric, forms=self.ear.forms,
+                              among=self._spelt)
 
     def understand(self, text: str) -> Understood | Refused:
         """Return what a command asks for, or why it is refused."""

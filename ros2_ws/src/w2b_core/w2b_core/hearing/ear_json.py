@@ -14,7 +14,8 @@ from w2b_core.hearing.softmax import Softmax
 from w2b_core.json_fields import Fields, Text, expect
 
 FORMAT = 'projection'
-VERSION = 1
+#: Version -> whether a word's inflections count where it lies.
+VERSIONS = {1: False, 2: True}
 
 Array = NDArray[np.float64]
 
@@ -25,8 +26,9 @@ def to_json(ear: Ear) -> dict[str, Any]:
     words: dict[str, list[str]] = {name: [] for name in ear.behaviours}
     for word, behaviour in ear.words.items():
         words[behaviour].append(word)
+    version = next(number for number, forms in VERSIONS.items() if forms == ear.forms)
     return {
-        'format': FORMAT, 'version': VERSION, 'behaviours': list(ear.behaviours),
+        'format': FORMAT, 'version': version, 'behaviours': list(ear.behaviours),
         'priority': list(ear.priority), 'vocabulary': ear.vocabulary,
         'vector_length': ear.vector_length, 'vectors_sha256': ear.vectors_sha256,
         'metric_sha256': ear.metric_sha256,
@@ -50,8 +52,9 @@ def from_json(value: object) -> Ear:
     """
     fields = Fields(value, 'ear')
     kind, version = fields.text('format'), fields.integer('version')
-    expect((kind, version) == (FORMAT, VERSION), fields.name('format'),
-           f'{FORMAT!r} version {VERSION}', Text(f'{kind[:40]!r} version {version}'))
+    expect(kind == FORMAT and version in VERSIONS, fields.name('format'),
+           f'{FORMAT!r} version {" or ".join(map(str, VERSIONS))}',
+           Text(f'{kind[:40]!r} version {version}'))
     behaviours = _names(fields, 'behaviours')
     expect(STOP in behaviours, fields.name('behaviours'), f'{STOP!r} among them', list(behaviours))
     priority = fields.texts('priority')
@@ -77,7 +80,7 @@ def from_json(value: object) -> Ear:
     how = fields.free('how')
     fields.finish()
     return Ear(behaviours, words, near, judge, metric_sha256, vocabulary, vectors_sha256,
-               length, priority, unclaimed, how)
+               length, priority, unclaimed, how, VERSIONS[version])
 
 
 def _judge(fields: Fields, behaviours: tuple[str, ...]) -> Judge:

@@ -15,13 +15,12 @@ from w2b_core.hearing.errors import EarError
 from w2b_core.hearing.inflections import inflections
 from w2b_core.hearing.judge import Judge
 from w2b_core.hearing.metric import Metric
+from w2b_core.hearing.places import SEARCHED_WORDS, project, spelt
 from w2b_core.hearing.softmax import Softmax
 from w2b_core.vocabulary import Vocabulary
 
 Array = NDArray[np.float64]
 
-#: Most frequent words of a vocabulary among which the background is drawn.
-SEARCHED_WORDS = 50_000
 #: Of the background, all of the most frequent words, so many, and a sample of the others.
 FREQUENT_WORDS, OTHER_WORDS = 1500, 4000
 #: Every so many words are kept out of the gate's training: they set its threshold.
@@ -47,6 +46,8 @@ class Lesson:
         Words that are like commands and are none.
     unclaimed
         Words that nothing is claimed about, neither commands nor background.
+    forms
+        Whether a word's inflections count where it lies: see `places`.
 
     """
 
@@ -55,6 +56,7 @@ class Lesson:
     families: Mapping[str, str] = field(default_factory=dict)
     near: tuple[str, ...] = ()
     unclaimed: tuple[str, ...] = ()
+    forms: bool = True
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -75,11 +77,6 @@ def with_inflections(lesson: Lesson, vocabulary: Vocabulary) -> Lesson:
                 words.setdefault(form, behaviour)
                 families.setdefault(form, lesson.families.get(word, word))
     return replace(lesson, words=words, families=families)
-
-
-def spelt(vocabulary: Vocabulary) -> frozenset[str]:
-    """Return the words of a vocabulary, of a huge one the most frequent, as it spells them."""
-    return frozenset(vocabulary.words[:SEARCHED_WORDS])
 
 
 def background(vocabulary: Vocabulary, without: Collection[str]
@@ -132,7 +129,7 @@ def assemble(lesson: Lesson, vocabulary: Vocabulary, metric: Metric, learned: Ju
         PRIORITY.index(name) if name in PRIORITY else len(PRIORITY))))
     return Ear(lesson.behaviours, dict(lesson.words), lesson.near, learned, metric.sha256,
                vocabulary.source, vectors_sha256(list(lesson.words), vocabulary),
-               vocabulary.dimensions, priority, lesson.unclaimed, dict(how or {}))
+               vocabulary.dimensions, priority, lesson.unclaimed, dict(how or {}), lesson.forms)
 
 
 def fit(lesson: Lesson, vocabulary: Vocabulary, metric: Metric, *, sharpness: float,
@@ -145,17 +142,20 @@ def fit(lesson: Lesson, vocabulary: Vocabulary, metric: Metric, *, sharpness: fl
     related = {form for word in names for form in inflections(word, known.__contains__)}
     sample, kept_out = background(
         vocabulary, {*lesson.words, *related, *lesson.near, *lesson.unclaimed})
-    learned = judge.learn(project(names, vocabulary, metric), labels, classes,
-                          project(lesson.near, vocabulary, metric),
-                          project(sample, vocabulary, metric), sharpness=sharpness, start=start)
-    return rounded(learned.with_threshold(project(kept_out, vocabulary, metric)))
+
+    def place(words: Sequence[str]) -> Array:
+        return project(words, vocabulary, metric, forms=lesson.forms, among=known)
+
+    learned = judge.learn(place(names), labels, classes, place(lesson.near), place(sample),
+                          sharpness=sharpness, start=start)
+    return rounded(learned.with_threshold(place(kept_out)))
 
 
 def calibrate(lesson: Lesson, vocabulary: Vocabulary, metric: Metric) -> float:
     """Return the factor of the logits under which words of left-out families are likeliest."""
     classes = lesson.classes
     names = [word for word, behaviour in lesson.words.items() if behaviour in classes]
-    points = project(names, vocabulary, metric)
+    points = project(names, vocabulary, metric, forms=lesson.forms)
     labels = np.array([classes.index(lesson.words[word]) for word in names])
     families = np.array([lesson.families.get(word, word) for word in names])
     logits = np.zeros((len(names), len(classes)))
@@ -167,11 +167,6 @@ def calibrate(lesson: Lesson, vocabulary: Vocabulary, metric: Metric) -> float:
                                          start).logits(points[out])
     best = min(SHARPNESSES, key=lambda factor: _loss(logits * factor, labels))
     return float(round(best, DECIMALS))
-
-
-def project(words: Sequence[str], vocabulary: Vocabulary, metric: Metric) -> Array:
-    """Return words behind a metric, shape (n, E)."""
-    return metric.project(vocabulary.matrix(words))
 
 
 def rounded(learned: Judge) -> Judge:

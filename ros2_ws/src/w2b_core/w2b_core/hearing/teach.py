@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from w2b_core.hearing import english, learning
+from w2b_core.hearing import english, learning, places
 from w2b_core.hearing import metric as metrics
 from w2b_core.hearing.ear import Ear, vectors_sha256
 from w2b_core.hearing.errors import EarError
@@ -70,12 +70,12 @@ def teach(ear: Ear, vocabulary: Vocabulary, word: str, behaviour: str) -> Taught
     _check(known, behaviour)
     metric = ear.bind(vocabulary).metric
     added = [known] if behaviour in english.SIDES else [
-        form for form in inflections(known, learning.spelt(vocabulary).__contains__)
+        form for form in inflections(known, places.spelt(vocabulary).__contains__)
         if form == known or form not in ear.words]
     words = {**ear.words, **dict.fromkeys(added, behaviour)}
     near = tuple(other for other in ear.near if other not in added)
     unclaimed = tuple(other for other in ear.unclaimed if other not in added)
-    lesson = learning.Lesson(ear.behaviours, words, {}, near, unclaimed)
+    lesson = learning.Lesson(ear.behaviours, words, {}, near, unclaimed, ear.forms)
     for lost in set(ear.judge.classes) - set(words.values()):
         raise EarError(f'word {known!r}: expected to leave {lost} a word, got its last one')
     judge = learning.fit(lesson, vocabulary, metric, sharpness=ear.judge.sharpness,
@@ -103,10 +103,11 @@ def _check(word: str, behaviour: str) -> None:
 
 def _changes(before: Ear, after: Ear, vocabulary: Vocabulary, metric: Metric,
              added: list[str]) -> Iterator[Change]:
-    for start in range(0, min(len(vocabulary), learning.SEARCHED_WORDS), CHUNK_WORDS):
+    known = places.spelt(vocabulary)
+    for start in range(0, min(len(vocabulary), places.SEARCHED_WORDS), CHUNK_WORDS):
         words = [word for word in vocabulary.words[start:start + CHUNK_WORDS]
                  if word not in added and (word in before.words or word not in BY_RULE)]
-        points = learning.project(words, vocabulary, metric)
+        points = places.project(words, vocabulary, metric, forms=before.forms, among=known)
         old, new = (_answers(ear, words, points) for ear in (before, after))
         yield from (Change(word, first, second) for word, first, second
                     in zip(words, old, new, strict=True) if first != second)

@@ -30,6 +30,8 @@ LOGISTIC = ('hidden_leak', 'motor_leak')
 FIXED = ('rest',)
 #: What the network starts from, one oscillating neuron at this and the others at 0.
 REST = 0.5
+#: Until neurons are taken to be at rest: a second of control periods.
+RESTING_STEPS = 20
 
 
 @dataclass(frozen=True)
@@ -81,18 +83,26 @@ class Sharing:
         Counts of hidden neurons.
     direct
         Whether the oscillating neurons have synapses straight onto the motor neurons.
+    begins
+        The behaviour at whose rest the limbs' neurons begin, so that its first frames are as its
+        later ones; none for neurons that begin at 0.
 
     Raises
     ------
     NotSymmetricError
         If a behaviour or sense has no image under a mirror.
+    ValueError
+        If `begins` is no behaviour.
 
     """
 
     def __init__(self, body: Body, behaviours: Sequence[str], senses: Sequence[str],
                  mirrors: Sequence[Mirror], *, oscillating: int = 2, per_limb: int = 3,
-                 direct: bool = False) -> None:
+                 direct: bool = False, begins: str | None = None) -> None:
         limbs = limbs_of(body)
+        if begins is not None and begins not in behaviours:
+            raise ValueError(f'begins: expected one of {", ".join(behaviours)}, got {begins!r}')
+        self.begins = begins
         self.hidden = Hidden(oscillating, per_limb, len(limbs))
         self.behaviours, self.senses = tuple(behaviours), tuple(senses)
         self.sizes = {'H': self.hidden.count, 'K': len(behaviours), 'S': len(senses),
@@ -141,6 +151,11 @@ class Sharing:
             arrays[name] = np.clip(value, BLOCK[name].low, BLOCK[name].high)
         rest = np.zeros((*x.shape[:-1], self.hidden.count))
         rest[..., 0] = REST
+        if self.begins is not None:
+            limbs = np.s_[self.hidden.oscillating:]
+            rest[..., limbs] = _at_rest(
+                arrays['hidden'][..., limbs, limbs], arrays['hidden_leak'][..., limbs],
+                arrays['command'][..., limbs, self.behaviours.index(self.begins)])
         return LeakyNetwork(rest=rest, **arrays)
 
     def part(self, genome: Array, block: str) -> Array:
@@ -159,6 +174,15 @@ class Sharing:
         if index < 0:
             raise ValueError(f'{block}[{row}, {column}]: the symmetry of the body forces it to 0')
         genome[..., shared.first + index] = np.asarray(value) * shared.sign[row, column]
+
+
+def _at_rest(weights: Array, leak: Array, drive: Array) -> Array:
+    """Return where neurons (..., N) are after `RESTING_STEPS` of a constant drive (..., N)."""
+    state = np.zeros(drive.shape)
+    for _ in range(RESTING_STEPS):
+        asked = np.tanh(np.matmul(weights, state[..., None])[..., 0] + drive)
+        state = state + leak * (asked - state)
+    return state
 
 
 def orbits(rows: Sequence[SignedPermutation], columns: Sequence[SignedPermutation],

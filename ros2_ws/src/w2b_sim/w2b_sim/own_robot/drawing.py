@@ -110,14 +110,22 @@ def _joint(plot: Any, body: Body, joint: Joint, flat: Flat, channel: int, size: 
 
 def _overall(plot: Any, body: Body, axes: tuple[int, int], flat: Flat, number: int,
              size: float) -> None:
-    """Draw the dimensions of the whole and, where they are others, of the base in a view."""
+    """
+    Draw the dimensions of a view: of the whole, and of the base where they are others.
+
+    From above also how far the limbs' first axes lie apart.
+    """
     corners = np.array(extent_m(body))
     base = np.array(extent_m(body, body.links[:1]))
+    first = np.array([limb.places_m[0] for limb in limbs(body)])
+    axles = np.array([first.min(axis=0), first.max(axis=0)])
     across, up = axes
     for axis in axes:
-        parts = {'base': base, 'overall': corners}
+        parts = {'first axes': axles, 'base': base, 'overall': corners}
         if np.allclose(base[:, axis], corners[:, axis], atol=1e-6):
             del parts['base']
+        if axes != (1, 0) or np.ptp(axles[:, axis]) < 1e-4:
+            del parts['first axes']
         for step, (part, box) in enumerate(parts.items(), start=1):
             gap = (0.06 + 0.07 * step) * size
             ends = corners.copy()
@@ -169,9 +177,10 @@ def _limb(plot: Any, found: Sequence[JointChain]) -> None:
                            strict=True):
         labels.setdefault(tuple(point.round(6)), []).append(name)
     size, middle = float(np.ptp(flat, axis=0).max()), flat.mean(axis=0)
-    for place, texts in labels.items():
+    for number, (place, texts) in enumerate(labels.items()):
         inwards = middle - place
-        inwards *= 0.06 * size / max(float(np.linalg.norm(inwards)), 1e-9)
+        # Every second one farther away: names are longer than short links.
+        inwards *= (0.06 + 0.05 * (number % 2)) * size / max(float(np.linalg.norm(inwards)), 1e-9)
         plot.plot(*place, 'o', color='black', markersize=4)
         plot.text(*(place + inwards), ',\n'.join(texts), fontsize=7, va='center',
                   ha='right' if inwards[0] < -0.02 * size else 'left')
