@@ -12,7 +12,7 @@ from w2b_core import bodies
 from w2b_core.controller import file as controller_file
 
 ROBOTS = Path(__file__).resolve().parents[3] / 'examples' / 'robots'
-NAMES = ('dog8', 'spider12')
+NAMES = ('dog12', 'dog8', 'spider12')
 
 
 @pytest.mark.parametrize('name', NAMES)
