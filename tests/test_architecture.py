@@ -35,7 +35,7 @@ ONLY_IN = {
     'rclpy': {'w2b_ros', 'w2b_controller', 'w2b_description', 'w2b_sim', 'w2b_hw', 'w2b_web'},
     'mcap': {'w2b_controller'}, 'mcap_ros2': {'w2b_controller'},
     'pybullet': {'w2b_sim'}, 'numba': {'w2b_sim', 'training'},
-    'aiohttp': {'w2b_web'},
+    'aiohttp': {'w2b_web'}, 'pocketsphinx': {'w2b_web'}, 'sounddevice': {'w2b_web'},
     'smbus2': {'w2b_hw'}, 'adafruit_pca9685': {'w2b_hw'}, 'imufusion': {'w2b_hw'},
 }
 

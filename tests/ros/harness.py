@@ -35,7 +35,7 @@ DEADLINE_S = 120.0
 #: Executables that are not of w2b_controller.
 PACKAGES = {'sim': 'w2b_sim', 'description': 'w2b_description', 'hardware': 'w2b_hw',
             'emulator': 'w2b_hw', 'relax': 'w2b_hw', 'preflight': 'w2b_hw', 'calibrate': 'w2b_hw',
-            'page': 'w2b_web', 'play': 'w2b_web'}
+            'page': 'w2b_web', 'play': 'w2b_web', 'listen': 'w2b_web'}
 #: Executable -> a parameter and its value, where a test does not say otherwise.
 PRIMED = {'sim': ('body', 'quadruped'), 'brain': ('controller', 'quadruped_serial')}
 EVERYTHING = QoSProfile(depth=5000)

@@ -1,12 +1,18 @@
 """The page in a real browser, with a real robot behind it."""
 
 import math
+import shutil
+import wave
+from importlib.util import find_spec
 
+import numpy as np
 import pytest
 
 from tests.ros import browser as browsers
 from tests.ros.browser import CHROMIUM, MISSING, OPTIONS
 from tests.w2b_web.serving import free_port
+from w2b_web.voice.sound import RATE_HZ
+from w2b_web.voice.synthesis import Voice, in_noise, noise
 
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 
@@ -128,3 +134,59 @@ def test_on_a_phone_in_the_dark_by_keyboard_and_with_labels(system, served):
     for one in (page, other):
         assert not one.errors
         assert not one.foreign
+
+
+def microphone(path, word):
+    """Write what a microphone hears: a quiet room for a while, a word, and the room again."""
+    room = (noise(5 * RATE_HZ // 2, 0) * 0.095).astype('<i2')
+    said = in_noise(Voice('espeak-ng', 'en-us').say(word), 30.0, 0)
+    with wave.open(str(path), 'wb') as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(RATE_HZ)
+        file.writeframes(np.concatenate([room, said, room, room]).astype('<i2').tobytes())
+    return path
+
+
+@pytest.mark.skipif(
+    shutil.which('espeak-ng') is None or find_spec('pocketsphinx') is None,
+    reason='needs espeak-ng (apt-get install espeak-ng) and pocketsphinx (requirements/listen.txt)')
+def test_what_is_spoken_waits_for_enter(system, served, chromium, tmp_path):
+    serve, _opened = served
+    start_robot(system)
+    _node, address = serve()
+    word = 'march'
+    file = microphone(tmp_path / f'{word}.wav', word)
+    browser = chromium.browser_type.launch(executable_path=CHROMIUM, args=[
+        *OPTIONS, '--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream',
+        f'--use-file-for-fake-audio-capture={file}%noloop'])
+    try:
+        page = browsers.Page(browser.new_page(viewport={'width': 1280, 'height': 800}), address)
+        page.open()
+        page.see('#pills', 'brain: listens')
+        button = page.page.locator('#talk')
+        page.until(button.is_visible, 'the button')
+        hold = button.bounding_box()
+        page.page.mouse.move(hold['x'] + hold['width'] / 2, hold['y'] + hold['height'] / 2)
+        # On a busy machine the word may be over before the page listens, or be torn.
+        for _try in range(4):
+            page.page.mouse.down()
+            page.until(lambda: button.inner_text() == 'Speak', 'that it listens')
+            page.page.wait_for_timeout(4000)
+            page.page.mouse.up()
+            note = page.until(lambda: next(iter(
+                text for text in [page.page.inner_text('#note')] if 'heard' in text
+                or 'not understood' in text), ''), 'what was heard')
+            if f'heard “{word}”' in note:
+                break
+            page.ask("document.getElementById('note').textContent = ''")
+        page.see('#note', f'heard “{word}”')
+        assert page.page.input_value('#word') == word
+        assert page.ask('w2b.behaviour') == '', 'nothing moves before Enter'
+        page.shot('talk_1280')
+        page.page.keyboard.press('Enter')
+        page.see('#answer', f'“{word}”: following forward', 'the body follows it')
+        assert not page.errors
+        assert not page.foreign
+    finally:
+        browser.close()

@@ -26,6 +26,7 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
+            'listen = w2b_web.voice.listen:main',
             'page = w2b_web.page:main',
             'play = w2b_web.play:main',
         ],

@@ -15,6 +15,9 @@ await build({
   entryPoints: { page: 'src/main.js' }, bundle: true, minify: true, format: 'esm',
   target: 'es2022', legalComments: 'none', outfile: `${out}/page.js` });
 await build({
+  entryPoints: ['src/microphone.js'], bundle: true, minify: true, format: 'esm',
+  target: 'es2022', legalComments: 'none', outfile: `${out}/microphone.js` });
+await build({
   entryPoints: ['src/page.css'], bundle: true, minify: true, target: 'es2022',
   legalComments: 'none', outfile: `${out}/page.css` });
 const { packages } = JSON.parse(await readFile('package-lock.json', 'utf8'));

@@ -13,6 +13,9 @@ from aiohttp import WSMsgType, web
 
 from w2b_web.client import MOST_MALFORMED, Client
 from w2b_web.requests import URGENT, BadRequestError, Request, parse
+from w2b_web.voice.listener import Listener
+from w2b_web.voice.recogniser import is_there
+from w2b_web.voice.talks import Talks
 
 MOST_CLIENTS = 8
 #: Between two signs of life that are asked for, and how long a page may owe one: a robot that it
@@ -60,6 +63,10 @@ class Hub:
         self._numbers = itertools.count(1)
         self._known: dict[str, dict[str, str]] = {'': {}}
         self._names: list[str] = ['']
+        self._talks = Talks(
+            Listener(), lambda page, kind, **values: self.tell_one(page, message(kind, **values)),
+            lambda robot, word, page: robots.request(robot, Request('say', robot, word), page),
+            clock)
         self.loop: asyncio.AbstractEventLoop | None = None
         #: Read by the other thread: the robots that somebody looks at.
         self.watched: frozenset[str] = frozenset()
@@ -111,17 +118,20 @@ class Hub:
         client = Client(next(self._numbers), socket, transport, self._names[0], self._clock)
         self._clients[client.number] = client
         writer = asyncio.create_task(client.write())
-        client.tell(message('hello', page=client.number))
+        client.tell(message('hello', page=client.number, talk=is_there()))
         client.tell(message('robots', names=self._names))
         self._watch(client, client.robot)
         try:
             async for incoming in socket:
-                if incoming.type != WSMsgType.TEXT or not self._take(client, incoming.data):
+                if not (self._take(client, incoming.data) if incoming.type == WSMsgType.TEXT else
+                        incoming.type == WSMsgType.BINARY and client.messages.allow()
+                        and self._talks.take(client.number, incoming.data)):
                     break
         finally:
             del self._clients[client.number]
             self._update_watched()
             writer.cancel()
+            self._talks.forget(client.number)
             self._robots.page_lost(client.number)
 
     def _take(self, client: Client, data: str) -> bool:
@@ -146,6 +156,10 @@ class Hub:
             if client.warnings.allow():
                 client.tell(message('note', level='warn', text='more than 20 commands a second: '
                                     'some were left out'))
+        elif request.do == 'talk':
+            self._talks.begin(client.number, robot)
+        elif request.do == 'talked':
+            self._talks.end(client.number)
         elif request.do == 'suggest':
             words = self._robots.suggest(client.robot, request.text)
             client.tell(message('words', prefix=request.text, words=words))
@@ -187,7 +201,8 @@ class Hub:
                 if silent_s > GONE_S:
                     client.end('no answer')
 
-    def close(self) -> None:
-        """End all connections."""
+    async def close(self) -> None:
+        """End all connections, and what listens."""
         for client in self._clients.values():
             client.end('the page is shut down')
+        await self._talks.close()

@@ -20,7 +20,9 @@ _LONGEST_NAMESPACE = 200
 FIELDS: dict[str, tuple[str, type] | None] = {
     'say': ('text', str), 'suggest': ('text', str), 'watch': None, 'pong': ('number', float),
     'stop': None, 'stop_all': None, 'arm': ('confirmed', bool), 'disarm': None, 'reset': None,
-    'pause': None, 'resume': None, 'speed': ('number', float)}
+    'pause': None, 'resume': None, 'speed': ('number', float),
+    # Between these two a page sends sound, in binary messages: 16 kHz, 16 bits, one channel.
+    'talk': None, 'talked': None}
 #: Never counted, never refused for coming too often.
 URGENT = frozenset({'stop', 'stop_all'})
 

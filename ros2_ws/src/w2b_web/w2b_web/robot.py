@@ -23,8 +23,10 @@ from w2b_ros.ros_messages import COMMANDS, LATCHED, reaches_all
 from w2b_web import shape
 from w2b_web.frames import OLD_S, Frames
 from w2b_web.hub import Hub, message
+from w2b_web.requests import LONGEST_TEXT
 from w2b_web.senders import Senders
 from w2b_web.services import Services
+from w2b_web.voice.recogniser import DIRECT
 from w2b_web.words import trained_words
 
 #: Commands that the strip shows.
@@ -80,6 +82,7 @@ class Robot:
                 (TOPIC, DiagnosticStatus, self._on_body, LATCHED),
                 ('command_answer', DiagnosticStatus, self._on_answer, LATCHED),
                 ('robot_description', String, self._on_description, LATCHED),
+                ('heard', String, self._on_heard, COMMANDS),
                 ('battery', BatteryState, self._on_battery, qos_profile_sensor_data))]
 
     def close(self) -> None:
@@ -128,6 +131,10 @@ class Robot:
             return
         self._shape_of = 'robot_description'
         self._tell('shape', **drawn)
+
+    def _on_heard(self, text: String) -> None:
+        """Put what `listen` heard into the box of the pages; it has said what stops by itself."""
+        self._tell('heard', keep=False, text=text.data[:LONGEST_TEXT], sent=text.data in DIRECT)
 
     def _on_battery(self, battery: BatteryState) -> None:
         if battery.voltage == battery.voltage:

@@ -99,7 +99,7 @@ class Server:
         started.set_result(None)
         self._loop.run_forever()
         looking.cancel()
-        self._hub.close()
+        self._loop.run_until_complete(self._hub.close())
         self._loop.run_until_complete(runner.cleanup())
         self._loop.close()
 

@@ -54,6 +54,8 @@ for _name, _target, _extras, _about in (
          'the node that publishes robot_description and tf'),
         ('hardware', 'w2b_hw.node:main', 'hw,ros', 'the node that drives the servos of a robot'),
         ('page', 'w2b_web.page:main', 'web,ros', 'the node that shows robots in a browser'),
+        ('listen', 'w2b_web.voice.listen:main', 'listen,ros',
+         'hear one of a few words from a microphone or a WAV file'),
         ('play', 'w2b_web.play:main', 'web,sim,ros', 'a robot, a brain and the page, at once'),
         ('calibrate', 'w2b_hw.entry:calibrate', 'hw', 'calibrate the servos, one by one'),
         ('preflight', 'w2b_hw.entry:preflight', 'hw', 'check the robot before it is armed'),

@@ -52,4 +52,7 @@ export class Link {
     this.#socket.send(JSON.stringify(request));
     return true;
   }
+
+  // A piece of sound, between the requests talk and talked.
+  sendSound(buffer) { if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(buffer); }
 }

@@ -7,6 +7,7 @@ import { Link } from './link.js';
 import { pill, showLights, showNote, showState, trouble } from './panels.js';
 import { Plot } from './plots.js';
 import { View } from './scene.js';
+import { Talk } from './talk.js';
 import { followTheme } from './theme.js';
 import { Words } from './words.js';
 
@@ -44,6 +45,15 @@ function send(request) {
 
 const say = text => send({ do: 'say', text, robot });
 const words = new Words({ ask: text => link.send({ do: 'suggest', text }), say });
+const talk = new Talk(byId('talk'), {
+  send: request => send({ ...request, robot }), sound: buffer => link.sendSound(buffer), note: showNote });
+
+function heard({ text, sent }) {
+  if (!text) showNote('warn', 'heard none of the words that can be spoken: hold Talk while you say one word, or type it');
+  else if (sent) showNote('ok', `heard “${text}”: said`);
+  else if (words.offer(text)) showNote('ok', `heard “${text}”: Enter says it`);
+  else showNote('ok', `heard “${text}”: not put into the box, where you type`);
+}
 
 function stop() {
   if (send({ do: 'stop', robot })) showNote('warn', 'STOP sent …');
@@ -91,7 +101,8 @@ const takers = {
     robot = message.robot;
     byId('robots').value = robot;
   },
-  hello: () => {},
+  hello: message => talk.offer(message.talk),
+  heard,
 };
 
 function take(message) { takers[message.k]?.(message); }

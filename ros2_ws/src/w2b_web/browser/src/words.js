@@ -12,6 +12,7 @@ export class Words {
   #place = 0;
   #chosen = -1;
   #asked = '';
+  #offered = '';
   #ask;
   #say;
 
@@ -31,6 +32,14 @@ export class Words {
   focus() { this.#box.focus(); this.#box.select(); }
 
   put(text) { this.#box.value = text; this.focus(); }
+
+  // Puts what was heard into the box, unless a person is typing there; returns whether it did.
+  offer(text) {
+    if (![this.#offered, ''].includes(this.#box.value)) return false;
+    this.#offered = text;
+    this.put(text);
+    return true;
+  }
 
   // What the server found for a text; without a text, the words to begin with.
   found({ prefix, words }) {
