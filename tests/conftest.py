@@ -17,9 +17,9 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 #: Folders and files of tests that measure how soon something happens, or how long it takes.
-REALTIME = ('faults', 'ros/test_footprint.py', 'ros/test_hardware.py', 'ros/test_page_robot.py',
-            'w2b_hw/test_io_thread.py', 'w2b_hw/test_kernel_path.py',
-            'w2b_web/test_lost_page.py')
+REALTIME = ('faults', 'ros/test_footprint.py', 'ros/test_hardware.py', 'ros/test_listen.py',
+            'ros/test_page.py', 'ros/test_page_robot.py', 'w2b_hw/test_io_thread.py',
+            'w2b_hw/test_kernel_path.py', 'w2b_web/test_lost_page.py', 'w2b_web/test_talk.py')
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
