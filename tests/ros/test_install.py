@@ -50,8 +50,10 @@ ROSDEP = {'numpy': 'python3-numpy', 'yaml': 'python3-yaml', 'rich': 'python3-ric
 NO_KEY = {'mcap', 'mcap_ros2', 'zstandard',
           'gensim', 'imufusion', 'adafruit_pca9685', 'mujoco', 'llvmlite'}
 #: Imported for one mode of a workstation only; the robot must not need them. `rich` draws the bar
-#: of an installation of vectors, `trimesh` reads meshes of a robot that is imported.
-OPTIONAL = {'w2b_hw': {'w2b_sim'}, 'w2b_core': {'rich'}, 'w2b_sim': {'trimesh'}}
+#: of an installation of vectors, `trimesh` reads meshes of a robot that is imported; pocketsphinx
+#: and sounddevice are what push to talk needs.
+OPTIONAL = {'w2b_hw': {'w2b_sim'}, 'w2b_core': {'rich'}, 'w2b_sim': {'trimesh'},
+            'w2b_web': {'pocketsphinx', 'sounddevice'}}
 EVERY_PACKAGE = sorted(path.parent.name for path in SOURCES.glob('*/package.xml'))
 
 
