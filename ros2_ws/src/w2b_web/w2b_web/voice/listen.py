@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 HEARD, NOT_HEARD, CANNOT = 0, 1, 2
 #: How long a brain and a page are waited for, and that a word has arrived.
 FOUND_S, ARRIVED_S = 5.0, 2.0
+#: How long others that are known to listen are waited for.
+OTHERS_S = 0.5
 HEARD_TOPIC = 'heard'
 
 
@@ -55,9 +57,15 @@ class Mouth:
 
     def _send(self, publisher, text: str, needed: bool) -> None:  # type: ignore[no-untyped-def]
         from rclpy.duration import Duration
-        end_s = time.monotonic() + (FOUND_S if needed else 1.0)
-        while not publisher.get_subscription_count() and time.monotonic() < end_s:
-            time.sleep(0.05)
+
+        from w2b_ros.ros_messages import reaches_all
+        now_s = time.monotonic()
+        end_s = now_s + (FOUND_S if needed else 1.0)
+        others_s = now_s + OTHERS_S
+        # All who are known to listen: one of them is the brain, or the page.
+        while (not publisher.get_subscription_count() and time.monotonic() < end_s) or (
+                not reaches_all(self._node, publisher) and time.monotonic() < others_s):
+            time.sleep(0.02)
         if needed and not publisher.get_subscription_count():
             print(f'error: {text!r} was heard by no brain: start one with `w2b brain`',
                   file=sys.stderr)
