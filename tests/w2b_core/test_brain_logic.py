@@ -36,11 +36,6 @@ def controller():
     return controller_file.load(controller_file.shipped('quadruped_serial'))
 
 
-@pytest.fixture(scope='module')
-def vocabulary():
-    return Vocabulary.load()
-
-
 @pytest.fixture
 def clock():
     return HandClock()

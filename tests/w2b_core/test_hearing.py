@@ -4,7 +4,6 @@ import json
 import time
 import tracemalloc
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,18 +14,6 @@ from w2b_core.hearing.ear import vectors_sha256
 from w2b_core.hearing.sentence import asked, clauses
 from w2b_core.json_fields import JsonFileError
 from w2b_core.vocabulary import Vocabulary
-
-EAR = Path(__file__).resolve().parents[2] / 'training' / 'grounding' / 'ear.json'
-
-
-@pytest.fixture(scope='module')
-def vocabulary():
-    return Vocabulary.load()
-
-
-@pytest.fixture(scope='module')
-def ear():
-    return Ear.from_json(json.loads(EAR.read_text(encoding='utf-8')))
 
 
 @pytest.fixture

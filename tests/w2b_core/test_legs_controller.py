@@ -22,11 +22,6 @@ from w2b_core.vocabulary import Vocabulary
 PERIOD_NS = 50_000_000
 
 
-@pytest.fixture(scope='module')
-def vocabulary():
-    return Vocabulary.load()
-
-
 @pytest.fixture
 def brain(vocabulary):
     return Brain(controller(), vocabulary, frame_timeout_s=0.5, clock=lambda: 0.0)

@@ -1,7 +1,5 @@
 """Where words lie: a word's inflections count, its meaning told by nothing but vectors."""
 
-import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +9,6 @@ from w2b_core.hearing.metric import Metric, load, unit
 from w2b_core.json_fields import JsonFileError
 from w2b_core.vocabulary import Vocabulary
 
-EAR = Path(__file__).resolve().parents[2] / 'training' / 'grounding' / 'ear.json'
 WORDS = ('walk', 'walks', 'walked', 'walking', 'back', 'xylem')
 VECTORS = np.random.default_rng(0).normal(size=(len(WORDS), 8))
 
@@ -21,16 +18,6 @@ def small():
     """A vocabulary of four forms of one word and two others, and a metric that only centres."""
     return Vocabulary('small', list(WORDS), VECTORS.astype(np.float32)), \
         Metric(np.full(8, 0.01), np.eye(8))
-
-
-@pytest.fixture(scope='module')
-def vocabulary():
-    return Vocabulary.load()
-
-
-@pytest.fixture(scope='module')
-def ear():
-    return Ear.from_json(json.loads(EAR.read_text(encoding='utf-8')))
 
 
 def test_a_word_lies_between_its_vector_and_the_mean_of_its_other_forms(small):

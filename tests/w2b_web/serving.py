@@ -84,6 +84,11 @@ class Serving:
                                       **changes) as connected:
             yield connected
 
+    async def takes_a_word(self, page):
+        """Say the first word on a page, and wait until it has arrived."""
+        await page.send_json({'do': 'say', 'text': 'march'})
+        await until(lambda: self.asked.count('say') == 1, 'the word')
+
 
 async def until(condition, what):
     """Wait for a condition."""

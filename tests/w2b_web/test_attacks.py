@@ -50,8 +50,7 @@ def test_the_page_works_for_its_own(serving):
         async with serving.page(session) as page:
             assert page.protocol == 'w2b'
             await heard(page, 'robots')
-            await page.send_json({'do': 'say', 'text': 'march'})
-            await until(lambda: serving.asked.count('say') == 1, 'the word')
+            await serving.takes_a_word(page)
             await page.send_json({'do': 'suggest', 'text': 'for'})
             assert (await heard(page, 'words'))['words'] == [{'word': 'forward', 'behaviour': ''}]
     run(attack)
@@ -122,8 +121,7 @@ def test_an_oversized_message_ends_its_connection_alone(serving):
             await bad.send_str(json.dumps({'do': 'say', 'text': 'x' * LARGEST_MESSAGE}))
             await until_closed(bad)
             assert bad.close_code == aiohttp.WSCloseCode.MESSAGE_TOO_BIG
-            await good.send_json({'do': 'say', 'text': 'march'})
-            await until(lambda: serving.asked.count('say') == 1, 'the word')
+            await serving.takes_a_word(good)
     run(attack)
 
 
@@ -144,8 +142,7 @@ def test_malformed_messages_are_named_then_end_their_connection_alone(serving):
             async with serving.page(session) as bytes_too:
                 await bytes_too.send_bytes(b'\xff\x00')
                 await until_closed(bytes_too)
-            await good.send_json({'do': 'say', 'text': 'march'})
-            await until(lambda: serving.asked.count('say') == 1, 'the word')
+            await serving.takes_a_word(good)
     run(attack)
 
 

@@ -10,7 +10,7 @@ import warnings
 import aiohttp
 import pytest
 
-from tests.w2b_web.serving import DEADLINE_S, Serving, heard, until
+from tests.w2b_web.serving import DEADLINE_S, Serving, heard
 from w2b_ros.ros_process import StartError
 from w2b_web.security import access
 
@@ -91,8 +91,7 @@ def test_the_right_secret_opens_it_over_tls(serving, files):
             assert serving.access.token in await page.text()
         async with connect(session, serving) as page:
             await heard(page, 'robots')
-            await page.send_json({'do': 'say', 'text': 'march'})
-            await until(lambda: serving.asked.count('say') == 1, 'the word')
+            await serving.takes_a_word(page)
     run(serving, files, attack)
 
 

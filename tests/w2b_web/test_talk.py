@@ -13,11 +13,14 @@ from tests.w2b_web.serving import until
 from tests.w2b_web.test_attacks import run, serving, until_closed
 from w2b_web.voice.sound import LONGEST_BYTES, RATE_HZ
 from w2b_web.voice.synthesis import Voice, in_noise
+from w2b_web.voice.talks import TALKS_PER_S
 
 __all__ = ['serving']
 PIECE = 2048
 #: Loading the model takes 0.3 s of a processor that has nothing else to do.
 HEARD_S = 60.0
+#: A page's next talk before this is refused.
+NEXT_TALK_S = 1.1 / TALKS_PER_S
 needs_speech = pytest.mark.skipif(
     shutil.which('espeak-ng') is None or find_spec('pocketsphinx') is None,
     reason='needs espeak-ng (apt-get install espeak-ng) and pocketsphinx (requirements/listen.txt)')
@@ -55,7 +58,7 @@ def test_a_word_comes_back_for_the_box_and_is_not_said(serving, spoken):
             await say(page, spoken('march'))
             answer = await heard(page, 'heard')
             assert (answer['text'], answer['sent']) == ('march', False)
-            await asyncio.sleep(1.1)
+            await asyncio.sleep(NEXT_TALK_S)
             began_s = time.monotonic()
             await say(page, spoken('reverse'))
             assert (await heard(page, 'heard'))['text'] == 'reverse'
@@ -115,7 +118,7 @@ def test_a_recogniser_that_died_is_started_again(serving, spoken):
             await heard(page, 'heard')
             listener = serving.hub._talks._listener
             listener._process.kill()
-            await asyncio.sleep(1.1)
+            await asyncio.sleep(NEXT_TALK_S)
             await say(page, spoken('march'))
             assert (await heard(page, 'heard'))['text'] == 'march'
             assert listener.started == 2
@@ -136,8 +139,7 @@ def test_sound_without_talk_ends_its_connection_alone(serving):
         async with serving.page(session) as good, serving.page(session) as bad:
             await bad.send_bytes(b'\0' * PIECE)
             await until_closed(bad)
-            await good.send_json({'do': 'say', 'text': 'march'})
-            await until(lambda: serving.asked.count('say') == 1, 'the word')
+            await serving.takes_a_word(good)
     run(attack)
 
 

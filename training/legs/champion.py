@@ -42,10 +42,8 @@ def make(recipe: Recipe, directory: Path, *, workers: int = 1, starts: int = gat
 
     Raises
     ------
-    RunConflictError, CheckpointError
-        If the directory belongs to another run or cannot be used.
-    NoChampionError
-        If every seed was dropped.
+    RunConflictError, CheckpointError, NoChampionError
+        As `run.train` raises them.
     AssemblyError
         If the ear is not one for the recipe's behaviours.
 

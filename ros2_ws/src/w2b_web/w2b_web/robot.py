@@ -26,7 +26,7 @@ from w2b_web.hub import Hub, message
 from w2b_web.requests import LONGEST_TEXT
 from w2b_web.senders import Senders
 from w2b_web.services import Services
-from w2b_web.voice.recogniser import DIRECT
+from w2b_web.voice.recogniser import DIRECT, HEARD_TOPIC
 from w2b_web.words import trained_words
 
 #: Commands that the strip shows.
@@ -82,7 +82,7 @@ class Robot:
                 (TOPIC, DiagnosticStatus, self._on_body, LATCHED),
                 ('command_answer', DiagnosticStatus, self._on_answer, LATCHED),
                 ('robot_description', String, self._on_description, LATCHED),
-                ('heard', String, self._on_heard, COMMANDS),
+                (HEARD_TOPIC, String, self._on_heard, COMMANDS),
                 ('battery', BatteryState, self._on_battery, qos_profile_sensor_data))]
 
     def close(self) -> None:

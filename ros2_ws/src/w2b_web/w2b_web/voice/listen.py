@@ -13,24 +13,25 @@ import json
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from w2b_core.command_process import command
 from w2b_ros.ros_process import StopFlag, own, start_ros
 from w2b_web.voice.microphone import MicrophoneError, microphone, utterance
-from w2b_web.voice.recogniser import DIRECT, WORDS, MissingError, Recogniser
-from w2b_web.voice.sound import Samples, SoundError, read_wav
+from w2b_web.voice.recogniser import DIRECT, HEARD_TOPIC, WORDS, MissingError, Recogniser
+from w2b_web.voice.sound import Samples, read_wav
 
 if TYPE_CHECKING:
     from rclpy.node import Node
+    from rclpy.publisher import Publisher
 
 HEARD, NOT_HEARD, CANNOT = 0, 1, 2
 #: How long a brain and a page are waited for, and that a word has arrived.
 FOUND_S, ARRIVED_S = 5.0, 2.0
 #: How long others that are known to listen are waited for.
 OTHERS_S = 0.5
-HEARD_TOPIC = 'heard'
 
 
 class Mouth:
@@ -55,7 +56,7 @@ class Mouth:
         """Say a word to the brain."""
         self._send(self._commands, text, needed=True)
 
-    def _send(self, publisher, text: str, needed: bool) -> None:  # type: ignore[no-untyped-def]
+    def _send(self, publisher: Publisher[Any], text: str, needed: bool) -> None:
         from rclpy.duration import Duration
 
         from w2b_ros.ros_messages import reaches_all
@@ -158,12 +159,10 @@ def _spoken(device: str) -> Iterator[tuple[str, Samples]]:
             input('Enter, then say one word (Ctrl-D ends): ')
         except EOFError:
             return
-        sound = microphone(device)
-        yield '', utterance(sound)
-        sound.close()  # type: ignore[attr-defined]
+        with closing(microphone(device)) as sound:
+            said = utterance(sound)
+        yield '', said
 
-
-__all__ = ['HEARD_TOPIC', 'SoundError', 'main']
 
 if __name__ == '__main__':
     raise SystemExit(main())

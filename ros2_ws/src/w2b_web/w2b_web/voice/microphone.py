@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 
 import numpy as np
 
@@ -44,7 +44,7 @@ def utterance(blocks: Iterable[Samples]) -> Samples:
     return np.concatenate(kept) if kept else np.zeros(0, np.int16)
 
 
-def microphone(device: str = '') -> Iterator[Samples]:
+def microphone(device: str = '') -> Generator[Samples, None, None]:
     """
     Yield blocks of sound from a microphone.
 

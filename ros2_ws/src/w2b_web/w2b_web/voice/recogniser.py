@@ -22,6 +22,8 @@ WORDS = (
 #: They are listened for a second time among `WORDS` alone, without `DECOYS`: to miss one is worse
 #: than to hear one too many.
 DIRECT = frozenset({'stop', 'halt'})
+#: Topic on which `listen` publishes what it heard, for the page's box.
+HEARD_TOPIC = 'heard'
 #: Words that are listened for only to be refused: the most frequent of the vocabulary that sound
 #: unlike `WORDS`. How likely each is against a word: more refuses more, of what is right too.
 DECOYS, DECOY_WEIGHT = 300, 1e-24
